@@ -1,0 +1,52 @@
+//! Which of the emitters a shadow ray is sent to.
+
+use super::Emitter;
+use crate::math::Discrete;
+
+/// How one emitter is picked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ChoicePolicy {
+    /// In proportion to emitted power.
+    #[default]
+    Power,
+    /// All alike.
+    Uniform,
+}
+
+/// A distribution over the emitters of a scene.
+#[derive(Clone, Debug)]
+pub struct EmitterChoice {
+    /// `None` if no emitter emits.
+    distribution: Option<Discrete>,
+}
+
+impl EmitterChoice {
+    /// A choice among `emitters` of a scene that fits in a sphere of `scene_radius`. An emitter without
+    /// power is never chosen.
+    #[must_use]
+    pub fn new(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>], scene_radius: f64) -> Self {
+        let weights: Vec<f64> = emitters
+            .iter()
+            .map(|e| e.power(scene_radius))
+            .map(|power| match policy {
+                ChoicePolicy::Power => power,
+                ChoicePolicy::Uniform => f64::from(power > 0.0),
+            })
+            .collect();
+        Self { distribution: Discrete::new(&weights) }
+    }
+
+    /// The index of an emitter, its probability, and `u` rescaled to `[0, 1)` for further use.
+    #[must_use]
+    pub fn sample(&self, u: f32) -> Option<(usize, f32, f32)> {
+        let distribution = self.distribution.as_ref()?;
+        let (index, rest) = distribution.sample(u);
+        Some((index, distribution.probability(index) as f32, rest))
+    }
+
+    /// Probability with which `emitter` is chosen.
+    #[must_use]
+    pub fn probability(&self, emitter: usize) -> f32 {
+        self.distribution.as_ref().map_or(0.0, |d| d.probability(emitter) as f32)
+    }
+}

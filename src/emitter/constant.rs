@@ -1,0 +1,46 @@
+//! A uniform environment.
+
+use std::f64::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use crate::math::{Rgb, luminance, warp};
+
+/// The same radiance from every direction outside the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant {
+    radiance: Rgb,
+}
+
+impl Constant {
+    /// An environment of this radiance.
+    #[must_use]
+    pub fn new(radiance: Rgb) -> Self {
+        Self { radiance }
+    }
+}
+
+impl Emitter for Constant {
+    fn sample_toward(&self, _from: Vec3, u: Vec2) -> Option<EmitterSample> {
+        Some(EmitterSample {
+            direction: warp::square_to_uniform_sphere(u),
+            weight: self.radiance / warp::UNIFORM_SPHERE_PDF,
+            pdf: warp::UNIFORM_SPHERE_PDF,
+            origin: LightOrigin::Infinity,
+        })
+    }
+
+    fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
+        if sight.surface.is_none() { warp::UNIFORM_SPHERE_PDF } else { 0.0 }
+    }
+
+    fn radiance(&self, sight: &Sight<'_>) -> Rgb {
+        if sight.surface.is_none() { self.radiance } else { Rgb::ZERO }
+    }
+
+    /// What enters the sphere around the scene: π L per unit of its area.
+    fn power(&self, scene_radius: f64) -> f64 {
+        4.0 * PI * PI * scene_radius.powi(2) * f64::from(luminance(self.radiance))
+    }
+}

@@ -1,0 +1,91 @@
+//! Light sources: the contract that each keeps, one file for each, and the choice among them.
+
+use std::fmt::Debug;
+
+use glam::{Vec2, Vec3};
+
+use crate::math::Rgb;
+use crate::ray::Ray;
+use crate::shape::SurfacePoint;
+
+pub mod area;
+pub mod choice;
+pub mod constant;
+pub mod point;
+
+pub use area::Area;
+pub use choice::{ChoicePolicy, EmitterChoice};
+pub use constant::Constant;
+pub use point::Point;
+
+/// A source of light.
+pub trait Emitter: Debug + Send + Sync {
+    /// A direction in which light from this emitter may arrive at `from`, chosen by `u` in `[0, 1)²`.
+    /// `None` where none can.
+    fn sample_toward(&self, from: Vec3, u: Vec2) -> Option<EmitterSample>;
+
+    /// Density with which [`Emitter::sample_toward`] chooses what is seen, in sr⁻¹; 0 for an emitter
+    /// that no ray can hit.
+    fn pdf_toward(&self, sight: &Sight<'_>) -> f32;
+
+    /// Radiance that arrives along the line of sight, in W·m⁻²·sr⁻¹.
+    fn radiance(&self, sight: &Sight<'_>) -> Rgb;
+
+    /// Emitted power in W, as luminance, in a scene that fits in a sphere of `scene_radius`. Guides the
+    /// choice among emitters, so a rough value costs noise but no bias.
+    fn power(&self, scene_radius: f64) -> f64;
+}
+
+/// What a ray that left `from` sees of an emitter.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight<'a> {
+    /// Where the ray started.
+    pub from: Vec3,
+    /// Its unit direction.
+    pub direction: Vec3,
+    /// The primitive and the point on it that the ray hit; `None` if it left the scene.
+    pub surface: Option<(usize, &'a SurfacePoint)>,
+}
+
+/// Light that arrives at a point, chosen by [`Emitter::sample_toward`].
+#[derive(Clone, Copy, Debug)]
+pub struct EmitterSample {
+    /// Unit direction towards the light.
+    pub direction: Vec3,
+    /// Radiance over density; for an emitter without extent its intensity over squared distance.
+    pub weight: Rgb,
+    /// Density per solid angle. Infinitely many directions miss an emitter without extent, and 0
+    /// stands for that: no other technique can choose this direction.
+    pub pdf: f32,
+    /// Where the light comes from.
+    pub origin: LightOrigin,
+}
+
+/// The far end of a shadow ray.
+#[derive(Clone, Copy, Debug)]
+pub enum LightOrigin {
+    /// A point of an emitting surface.
+    Surface(SurfacePoint),
+    /// A point in space.
+    Point(Vec3),
+    /// Outside of the scene.
+    Infinity,
+}
+
+impl EmitterSample {
+    /// The ray that has to be free for the light to arrive at `receiver`, or `None` if the two ends are
+    /// closer than the rounding errors of both, so that nothing can be said to lie between them.
+    #[must_use]
+    pub fn shadow_ray(&self, receiver: &SurfacePoint) -> Option<Ray> {
+        let (end, end_error) = match &self.origin {
+            LightOrigin::Surface(point) => (point.leave_towards(-self.direction), point.offset),
+            LightOrigin::Point(position) => (*position, 0.0),
+            LightOrigin::Infinity => return Some(receiver.spawn(self.direction)),
+        };
+        let start = receiver.leave_towards(self.direction);
+        let segment = end - start;
+        let length = segment.length();
+        let t_max = length - (receiver.offset + end_error);
+        (t_max > 0.0).then(|| Ray::new(start, segment / length).until(t_max))
+    }
+}

@@ -1,0 +1,50 @@
+//! Point lights.
+
+use std::f64::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use crate::math::{Rgb, luminance};
+
+/// The same radiant intensity in all directions from a point; no ray hits it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    position: Vec3,
+    intensity: Rgb,
+}
+
+impl Point {
+    /// `intensity` in W·sr⁻¹.
+    #[must_use]
+    pub fn new(position: Vec3, intensity: Rgb) -> Self {
+        Self { position, intensity }
+    }
+}
+
+impl Emitter for Point {
+    fn sample_toward(&self, from: Vec3, _u: Vec2) -> Option<EmitterSample> {
+        let to = self.position.as_dvec3() - from.as_dvec3();
+        let distance_squared = to.length_squared();
+        let weight = (self.intensity.as_dvec3() / distance_squared).as_vec3();
+        // At the light itself the direction is undefined.
+        (distance_squared > 0.0 && weight.is_finite()).then(|| EmitterSample {
+            direction: (to / distance_squared.sqrt()).as_vec3(),
+            weight,
+            pdf: 0.0,
+            origin: LightOrigin::Point(self.position),
+        })
+    }
+
+    fn pdf_toward(&self, _sight: &Sight<'_>) -> f32 {
+        0.0
+    }
+
+    fn radiance(&self, _sight: &Sight<'_>) -> Rgb {
+        Rgb::ZERO
+    }
+
+    fn power(&self, _scene_radius: f64) -> f64 {
+        4.0 * PI * f64::from(luminance(self.intensity))
+    }
+}

@@ -1,0 +1,4 @@
+//! placeholder
+/// Rust engine.
+#[derive(Debug)]
+pub struct Bvh;

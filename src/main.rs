@@ -1,0 +1,2 @@
+//! The `telamon` command.
+fn main() {}

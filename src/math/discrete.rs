@@ -1,0 +1,103 @@
+//! A choice among a finite number of things.
+
+/// A discrete distribution proportional to given weights, by inversion of its prefix sums.
+#[derive(Clone, Debug)]
+pub struct Discrete {
+    /// `cumulative[i]` is the probability of an index below `i`; one entry more than weights.
+    /// In f64, because a sum of a million f32 areas loses the small ones.
+    cumulative: Vec<f64>,
+    total: f64,
+}
+
+impl Discrete {
+    /// `None` if there is no weight above 0, or one that is negative or not finite.
+    #[must_use]
+    pub fn new(weights: &[f64]) -> Option<Self> {
+        if !weights.iter().all(|&w| w >= 0.0 && w.is_finite()) {
+            return None;
+        }
+        let total: f64 = weights.iter().sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return None;
+        }
+        let mut cumulative = Vec::with_capacity(weights.len() + 1);
+        let mut sum = 0.0;
+        cumulative.push(0.0);
+        for w in weights {
+            sum += w;
+            cumulative.push(sum / total);
+        }
+        Some(Self { cumulative, total })
+    }
+
+    /// Sum of the weights.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.total
+    }
+
+    /// Probability of `index`; 0 outside the range.
+    #[must_use]
+    pub fn probability(&self, index: usize) -> f64 {
+        match self.cumulative.get(index..index + 2) {
+            Some(&[low, high]) => high - low,
+            _ => 0.0,
+        }
+    }
+
+    /// The index chosen by `u` in `[0, 1)`, and `u` rescaled to `[0, 1)` within its share, so that
+    /// one number serves the choice and what comes after it. Never an index of probability 0.
+    #[must_use]
+    pub fn sample(&self, u: f32) -> (usize, f32) {
+        let u = f64::from(u);
+        // The first entry above u, less one: its share is not empty, since it holds u.
+        let last = self.cumulative.len() - 2;
+        let mut index = self.cumulative[1..].partition_point(|&c| c <= u).min(last);
+        // Rounding may have left the last sum below u; the last share may then be empty.
+        while index > 0 && self.probability(index) <= 0.0 {
+            index -= 1;
+        }
+        let rest = (u - self.cumulative[index]) / self.probability(index);
+        (index, (rest as f32).clamp(0.0, ONE_MINUS_ULP))
+    }
+}
+
+/// The largest f32 below 1: the largest value that a sample of `[0, 1)` may have.
+pub const ONE_MINUS_ULP: f32 = 1.0 - f32::EPSILON / 2.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rejects_what_is_no_distribution() {
+        for weights in [&[][..], &[0.0, 0.0], &[1.0, -1e-9], &[f64::NAN], &[f64::INFINITY]] {
+            assert!(Discrete::new(weights).is_none(), "{weights:?}");
+        }
+    }
+
+    #[test]
+    fn chooses_only_what_has_weight() {
+        let mut weights = vec![0.0; 1_000_000];
+        weights[271_828] = 1.0;
+        let d = Discrete::new(&weights).expect("one positive weight");
+        for u in [0.0, 1e-30, 0.5, ONE_MINUS_ULP] {
+            let (index, rest) = d.sample(u);
+            assert_eq!(index, 271_828);
+            assert_eq!(rest, u, "a share of 1 leaves the number as it was");
+        }
+        assert_eq!(d.probability(271_828), 1.0);
+        assert_eq!(d.probability(0), 0.0);
+        assert_eq!(d.probability(1_000_000), 0.0);
+    }
+
+    #[test]
+    fn shares_are_as_long_as_the_weights() {
+        let d = Discrete::new(&[1.0, 0.0, 3.0]).expect("positive weights");
+        assert_eq!(d.total(), 4.0);
+        assert_eq!(d.sample(0.125), (0, 0.5));
+        assert_eq!(d.sample(0.25), (2, 0.0));
+        assert_eq!(d.sample(0.625), (2, 0.5));
+        assert_eq!(d.sample(ONE_MINUS_ULP).0, 2);
+    }
+}

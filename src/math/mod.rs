@@ -1,0 +1,19 @@
+//! Numbers below everything else: frames, warps of the unit square, discrete distributions, bounds.
+
+pub mod aabb;
+pub mod discrete;
+pub mod frame;
+pub mod warp;
+
+pub use aabb::Aabb;
+pub use discrete::Discrete;
+pub use frame::Frame;
+
+/// Linear sRGB: radiance in W·m⁻²·sr⁻¹ per channel, or a unitless reflectance.
+pub type Rgb = glam::Vec3;
+
+/// Luminance of linear sRGB (Rec. 709 primaries, D65), in the unit of the input.
+#[must_use]
+pub fn luminance(rgb: Rgb) -> f32 {
+    rgb.dot(Rgb::new(0.212_671, 0.715_160, 0.072_169))
+}

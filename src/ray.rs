@@ -1,0 +1,100 @@
+//! Rays and the hits that an engine reports for them.
+
+use glam::Vec3;
+
+/// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
+///
+/// World frame, lengths in scene units. `direction` has unit length, so `t` is a distance.
+/// `time` is the moment within the shutter, in `[0, 1]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where the ray starts.
+    pub origin: Vec3,
+    /// Unit vector.
+    pub direction: Vec3,
+    /// Hits nearer than this are ignored; at least 0.
+    pub t_min: f32,
+    /// Hits farther than this are ignored; may be infinite.
+    pub t_max: f32,
+    /// Moment within the shutter, in `[0, 1]`.
+    pub time: f32,
+}
+
+impl Ray {
+    /// Components at or above this magnitude overflow in Embree's own tests of a box
+    /// (its `FLT_LARGE`, the square root of the largest f32 over 100).
+    pub const LARGEST_COORDINATE: f32 = 1.844e18;
+
+    /// The whole half-line from `origin`, at time 0.
+    ///
+    /// `t_min` is the smallest positive normal number and not 0, because a watertight test accepts
+    /// `t == t_min`, and a surface through the origin is at exactly 0.
+    #[must_use]
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, t_min: f32::MIN_POSITIVE, t_max: f32::INFINITY, time: 0.0 }
+    }
+
+    /// The same ray, ending at `t_max`.
+    #[must_use]
+    pub fn until(self, t_max: f32) -> Self {
+        Self { t_max, ..self }
+    }
+
+    /// Whether an engine may be asked about this ray. Engines report no hit for any other:
+    /// Debian 12's Embree is compiled with assertions and would end the process, Debian 13's
+    /// would answer with an arbitrary hit.
+    ///
+    /// Every comparison is written so that NaN fails it.
+    #[must_use]
+    pub fn is_traceable(&self) -> bool {
+        let small = |v: Vec3| v.abs().max_element() < Self::LARGEST_COORDINATE && !v.is_nan();
+        small(self.origin)
+            && small(self.direction)
+            && self.t_min >= 0.0
+            && !self.t_max.is_nan()
+            && (0.0..=1.0).contains(&self.time)
+    }
+}
+
+/// Where a ray meets a shape. Position and normals are rebuilt from these numbers and the shape's
+/// own data (`Shape::surface`), never from `origin + t * direction`, whose error grows with `t`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray, in scene units.
+    pub t: f32,
+    /// First surface parameter: for a triangle the barycentric weight of its second vertex.
+    pub u: f32,
+    /// Second surface parameter: for a triangle the barycentric weight of its third vertex.
+    pub v: f32,
+    /// Index of the shape in the scene.
+    pub shape: u32,
+    /// Index of the primitive in the shape: the triangle of a mesh, 0 for the others.
+    pub primitive: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_that_no_engine_may_see_are_recognised() {
+        let good = Ray::new(Vec3::ZERO, Vec3::Z);
+        assert!(good.is_traceable());
+        assert!(Ray { t_min: 0.0, time: 1.0, ..good }.is_traceable());
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e20, -1e20] {
+            for axis in 0..3 {
+                let mut v = Vec3::splat(0.5);
+                v[axis] = bad;
+                assert!(!Ray { origin: v, ..good }.is_traceable(), "origin {v}");
+                assert!(!Ray { direction: v, ..good }.is_traceable(), "direction {v}");
+            }
+        }
+        for t_min in [-1.0, f32::NAN] {
+            assert!(!Ray { t_min, ..good }.is_traceable(), "t_min {t_min}");
+        }
+        assert!(!Ray { t_max: f32::NAN, ..good }.is_traceable());
+        for time in [-1e-7, 1.000_000_1, f32::NAN] {
+            assert!(!Ray { time, ..good }.is_traceable(), "time {time}");
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! What is rendered, as validated, immutable data. Knows no file format.
+
+use std::sync::Arc;
+
+use crate::bsdf::Bsdf;
+use crate::camera::Perspective;
+use crate::emitter::{Emitter, Sight};
+use crate::math::{Aabb, Rgb};
+use crate::shape::Shape;
+
+pub mod settings;
+
+/// All that a render needs to know.
+#[derive(Debug)]
+pub struct Description {
+    /// Surfaces, materials and lights.
+    pub scene: Scene,
+    /// Where it is seen from.
+    pub camera: Perspective,
+    /// The picture's size, filter and format.
+    pub film: settings::FilmSettings,
+    /// Samples per pixel, seed and kind of the random numbers.
+    pub sampler: settings::SamplerSettings,
+    /// How light is carried.
+    pub integrator: settings::IntegratorSettings,
+}
+
+/// A shape with its material and, if it is a light, its emitter.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Its name in the scene file, for messages; may be empty.
+    pub name: String,
+    /// Its geometry.
+    pub shape: Arc<dyn Shape>,
+    /// Index of its material.
+    pub bsdf: usize,
+    /// Index of its emitter.
+    pub emitter: Option<usize>,
+}
+
+/// Surfaces, materials and lights.
+#[derive(Debug, Default)]
+pub struct Scene {
+    objects: Vec<Object>,
+    bsdfs: Vec<Box<dyn Bsdf>>,
+    emitters: Vec<Box<dyn Emitter>>,
+    environment: Option<usize>,
+    bounds: Option<Aabb>,
+}
+
+/// Why parts do not form a scene.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SceneError {
+    /// An object or the environment refers to a part that is not there.
+    #[error("`{object}` refers to {part} {index}, but there are {count}")]
+    NoSuchPart {
+        /// Name of the object.
+        object: String,
+        /// `"material"` or `"emitter"`.
+        part: &'static str,
+        /// The index.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+impl Scene {
+    /// A scene of these parts. `environment` is the index of the emitter that a ray sees when it leaves
+    /// the scene.
+    ///
+    /// # Errors
+    /// An index out of range.
+    pub fn new(
+        objects: Vec<Object>,
+        bsdfs: Vec<Box<dyn Bsdf>>,
+        emitters: Vec<Box<dyn Emitter>>,
+        environment: Option<usize>,
+    ) -> Result<Self, SceneError> {
+        let check = |object: &str, part, index: Option<usize>, count| match index {
+            Some(index) if index >= count => {
+                Err(SceneError::NoSuchPart { object: object.to_owned(), part, index, count })
+            }
+            _ => Ok(()),
+        };
+        for o in &objects {
+            check(&o.name, "material", Some(o.bsdf), bsdfs.len())?;
+            check(&o.name, "emitter", o.emitter, emitters.len())?;
+        }
+        check("environment", "emitter", environment, emitters.len())?;
+        let bounds = objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.shape.bounds()));
+        let bounds = (!bounds.is_empty()).then_some(bounds);
+        Ok(Self { objects, bsdfs, emitters, environment, bounds })
+    }
+
+    /// The shapes, in the order in which engines number them.
+    #[must_use]
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// The shapes alone, for an engine.
+    #[must_use]
+    pub fn shapes(&self) -> Vec<Arc<dyn Shape>> {
+        self.objects.iter().map(|o| Arc::clone(&o.shape)).collect()
+    }
+
+    /// Materials.
+    #[must_use]
+    pub fn bsdfs(&self) -> &[Box<dyn Bsdf>] {
+        &self.bsdfs
+    }
+
+    /// Lights.
+    #[must_use]
+    pub fn emitters(&self) -> &[Box<dyn Emitter>] {
+        &self.emitters
+    }
+
+    /// The emitter that a ray sees when it leaves the scene, with its index.
+    #[must_use]
+    pub fn environment(&self) -> Option<(usize, &dyn Emitter)> {
+        self.environment.map(|i| (i, self.emitters[i].as_ref()))
+    }
+
+    /// Radiance that arrives along a ray that leaves the scene.
+    #[must_use]
+    pub fn environment_radiance(&self, sight: &Sight<'_>) -> Rgb {
+        self.environment().map_or(Rgb::ZERO, |(_, e)| e.radiance(sight))
+    }
+
+    /// The box around all shapes; `None` if there are none.
+    #[must_use]
+    pub fn bounds(&self) -> Option<Aabb> {
+        self.bounds
+    }
+
+    /// Radius of a sphere around all shapes, in scene units; 1 for an empty scene.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.bounds.and_then(|b| b.bounding_sphere()).map_or(1.0, |(_, r)| f64::from(r))
+    }
+}

@@ -1,0 +1,124 @@
+//! Flat disks.
+
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3};
+
+use super::{
+    Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
+    error_offset,
+};
+use crate::math::{Aabb, warp};
+use crate::ray::{Hit, Ray};
+
+/// The image of the unit disk in the xy plane under an affine map: an ellipse in general.
+#[derive(Clone, Copy, Debug)]
+pub struct Disk {
+    to_world: Affine3A,
+    to_local: DAffine3,
+    normal: Vec3,
+    area: f64,
+}
+
+impl Disk {
+    /// The unit disk (z = 0, normal +z) under `to_world`; `flip_normals` turns the normal.
+    /// `None` if the map is singular or not finite.
+    #[must_use]
+    pub fn new(to_world: DAffine3, flip_normals: bool) -> Option<Self> {
+        let linear: DMat3 = to_world.matrix3;
+        let determinant = linear.determinant();
+        if !to_world.is_finite() || determinant == 0.0 || !determinant.is_finite() {
+            return None;
+        }
+        // Normals go with the inverse transpose, whose direction is the cross product of the axes,
+        // on the side that +z is mapped to.
+        let across = linear.x_axis.cross(linear.y_axis);
+        let side = determinant.signum() * if flip_normals { -1.0 } else { 1.0 };
+        Some(Self {
+            to_world: Affine3A::from_cols(
+                linear.x_axis.as_vec3().into(),
+                linear.y_axis.as_vec3().into(),
+                linear.z_axis.as_vec3().into(),
+                to_world.translation.as_vec3().into(),
+            ),
+            to_local: to_world.inverse(),
+            normal: (across.normalize() * side).as_vec3(),
+            area: std::f64::consts::PI * across.length(),
+        })
+    }
+
+    fn surface_at(&self, p: Vec2) -> SurfacePoint {
+        let position = self.to_world.transform_point3(p.extend(0.0));
+        let m = self.to_world.matrix3;
+        let extent = (m.x_axis.abs() + m.y_axis.abs() + self.to_world.translation.abs()).into();
+        SurfacePoint {
+            position,
+            geometric_normal: self.normal,
+            shading_normal: self.normal,
+            offset: error_offset(self.normal, extent),
+        }
+    }
+}
+
+impl Analytic for Disk {
+    fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
+        let origin = self.to_local.transform_point3(ray.origin.as_dvec3());
+        let direction: DVec3 = self.to_local.transform_vector3(ray.direction.as_dvec3());
+        // A ray in the plane of the disk has direction.z == 0 and t = ±inf or NaN: no hit.
+        let t = -origin.z / direction.z;
+        let p = (origin + direction * t).truncate();
+        let t = t as f32;
+        let inside = p.length_squared() <= 1.0;
+        (t >= ray.t_min && t <= ray.t_max && t.is_finite() && inside)
+            .then_some((t, p.x as f32, p.y as f32))
+    }
+
+    fn bounds(&self) -> Aabb {
+        let (x, y) = (self.to_world.matrix3.x_axis, self.to_world.matrix3.y_axis);
+        let center = Vec3::from(self.to_world.translation);
+        // The farthest point of the ellipse along an axis: the length of that row of (x y), with
+        // a margin for the rounding of these sums.
+        let reach = Vec3::from((x * x + y * y).to_array().map(f32::sqrt))
+            + (center.abs() + Vec3::from(x.abs() + y.abs())) * (4.0 * f32::EPSILON);
+        Aabb { min: center - reach, max: center + reach }
+    }
+}
+
+impl Shape for Disk {
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry::Analytic(self)
+    }
+
+    fn bounds(&self) -> Aabb {
+        Analytic::bounds(self)
+    }
+
+    fn surface(&self, _ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.surface_at(Vec2::new(hit.u, hit.v))
+    }
+
+    /// Polar, as Mitsuba has it: u is the radius, v the angle in turns.
+    fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
+        let turn = hit.v.atan2(hit.u) / std::f32::consts::TAU;
+        Vec2::new(Vec2::new(hit.u, hit.v).length(), if turn < 0.0 { turn + 1.0 } else { turn })
+    }
+
+    fn primitive_count(&self) -> usize {
+        1
+    }
+
+    fn primitive_area(&self, _primitive: usize) -> f64 {
+        self.area
+    }
+
+    fn sample_primitive(&self, _primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+        let point = self.surface_at(warp::square_to_uniform_disk(u));
+        area_sample_toward(self.area, from, point)
+    }
+
+    fn primitive_pdf(&self, _primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+        area_pdf_toward(self.area, from, point)
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Self>()
+    }
+}

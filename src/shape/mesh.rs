@@ -1,0 +1,231 @@
+//! Triangle meshes.
+
+use glam::{Vec2, Vec3, Vec3A};
+
+use super::{
+    Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward, error_offset,
+};
+use crate::math::{Aabb, warp};
+use crate::ray::{Hit, Ray};
+
+/// Indexed triangles in world space. Counter-clockwise vertices face the viewer.
+#[derive(Clone, Debug, Default)]
+pub struct TriangleMesh {
+    positions: Vec<Vec3A>,
+    triangles: Vec<[u32; 3]>,
+    normals: Vec<Vec3>,
+    uvs: Vec<Vec2>,
+}
+
+/// Why buffers do not form a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
+    /// A triangle refers to a vertex that is not there.
+    #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertices} vertices")]
+    IndexOutOfRange {
+        /// Which triangle, from 0.
+        triangle: usize,
+        /// The index that it holds.
+        vertex: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A vertex attribute has neither no entry nor one for each vertex.
+    #[error("{count} {attribute} for {vertices} vertices (expected none, or one for each)")]
+    AttributeCount {
+        /// `"normals"` or `"texture coordinates"`.
+        attribute: &'static str,
+        /// How many there are.
+        count: usize,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// More vertices or triangles than a 32-bit index can name.
+    #[error("{count} {what}: more than a 32-bit index can name")]
+    TooLarge {
+        /// `"vertices"` or `"triangles"`.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// How many triangles were left out of a mesh, because no ray can be said to hit them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Triangles with a vertex that is not finite, or too large for the engines
+    /// ([`Ray::LARGEST_COORDINATE`]).
+    pub not_finite: usize,
+    /// Triangles without area.
+    pub degenerate: usize,
+}
+
+impl TriangleMesh {
+    /// A mesh from buffers in world space. `normals` (need not have unit length) and `uvs` are empty or
+    /// have one entry for each vertex. Triangles without area and triangles with a vertex that is not
+    /// finite are dropped and counted.
+    ///
+    /// # Errors
+    /// An index out of range, or an attribute with the wrong number of entries.
+    pub fn new(
+        positions: Vec<Vec3A>,
+        mut triangles: Vec<[u32; 3]>,
+        normals: Vec<Vec3>,
+        uvs: Vec<Vec2>,
+    ) -> Result<(Self, Dropped), MeshError> {
+        let vertices = positions.len();
+        for (what, count) in [("vertices", vertices), ("triangles", triangles.len())] {
+            // The largest index is kept free: Embree uses it for "no primitive".
+            if count >= u32::MAX as usize {
+                return Err(MeshError::TooLarge { what, count });
+            }
+        }
+        for (attribute, count) in [("normals", normals.len()), ("texture coordinates", uvs.len())] {
+            if count != 0 && count != vertices {
+                return Err(MeshError::AttributeCount { attribute, count, vertices });
+            }
+        }
+        for (triangle, indices) in triangles.iter().enumerate() {
+            if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= vertices) {
+                return Err(MeshError::IndexOutOfRange { triangle, vertex, vertices });
+            }
+        }
+        let mut dropped = Dropped::default();
+        triangles.retain(|indices| {
+            let [a, b, c] = indices.map(|i| positions[i as usize]);
+            let largest = a.abs().max(b.abs()).max(c.abs());
+            // NaN is lost by max, so it is asked for by itself; the comparison excludes infinity.
+            if a.is_nan() || b.is_nan() || c.is_nan() || largest.max_element() >= Ray::LARGEST_COORDINATE {
+                dropped.not_finite += 1;
+                return false;
+            }
+            // In f64, where the products of the smallest f32 differences do not underflow.
+            let (a, b, c) = (Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3());
+            let degenerate = (b - a).cross(c - a) == glam::DVec3::ZERO;
+            dropped.degenerate += usize::from(degenerate);
+            !degenerate
+        });
+        Ok((Self { positions, triangles, normals, uvs }, dropped))
+    }
+
+    /// Vertices in world space.
+    #[must_use]
+    pub fn positions(&self) -> &[Vec3A] {
+        &self.positions
+    }
+
+    /// Three vertex indices per triangle.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Vertex normals, or nothing.
+    #[must_use]
+    pub fn normals(&self) -> &[Vec3] {
+        &self.normals
+    }
+
+    /// Texture coordinates per vertex, or nothing.
+    #[must_use]
+    pub fn uvs(&self) -> &[Vec2] {
+        &self.uvs
+    }
+
+    fn corners(&self, primitive: usize) -> [Vec3; 3] {
+        self.triangles[primitive].map(|i| Vec3::from(self.positions[i as usize]))
+    }
+
+    /// The surface at barycentric weights `(u, v)` of a triangle.
+    fn surface_at(&self, primitive: usize, b: Vec2) -> SurfacePoint {
+        let (u, v) = clamp_barycentrics(b);
+        let [p0, p1, p2] = self.corners(primitive);
+        let w = 1.0 - u - v;
+        let position = p0 * w + p1 * u + p2 * v;
+        let mut geometric_normal = unit_normal(p1 - p0, p2 - p0);
+        let mut shading_normal = geometric_normal;
+        if !self.normals.is_empty() {
+            let [n0, n1, n2] = self.triangles[primitive].map(|i| self.normals[i as usize]);
+            // A zero or non-finite interpolated normal leaves the geometric one.
+            if let Some(n) = (n0 * w + n1 * u + n2 * v).try_normalize() {
+                shading_normal = n;
+                // A file's vertex normals say which side is out, even where its winding does not.
+                if n.dot(geometric_normal) < 0.0 {
+                    geometric_normal = -geometric_normal;
+                }
+            }
+        }
+        let extent = p0.abs().max(p1.abs()).max(p2.abs());
+        let offset = error_offset(geometric_normal, extent);
+        SurfacePoint { position, geometric_normal, shading_normal, offset }
+    }
+}
+
+impl Shape for TriangleMesh {
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry::Triangles { positions: &self.positions, triangles: &self.triangles }
+    }
+
+    fn bounds(&self) -> Aabb {
+        // Only the vertices in use: the others may not even be finite.
+        Aabb::around(
+            self.triangles.iter().flatten().map(|&i| Vec3::from(self.positions[i as usize])),
+        )
+    }
+
+    fn surface(&self, _ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.surface_at(hit.primitive as usize, Vec2::new(hit.u, hit.v))
+    }
+
+    fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
+        let (u, v) = clamp_barycentrics(Vec2::new(hit.u, hit.v));
+        if self.uvs.is_empty() {
+            return Vec2::new(u, v);
+        }
+        let [t0, t1, t2] = self.triangles[hit.primitive as usize].map(|i| self.uvs[i as usize]);
+        t0 * (1.0 - u - v) + t1 * u + t2 * v
+    }
+
+    fn primitive_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    fn primitive_area(&self, primitive: usize) -> f64 {
+        let [p0, p1, p2] = self.corners(primitive).map(|p| p.as_dvec3());
+        0.5 * (p1 - p0).cross(p2 - p0).length()
+    }
+
+    fn sample_primitive(&self, primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+        let point = self.surface_at(primitive, warp::square_to_uniform_triangle(u));
+        area_sample_toward(self.primitive_area(primitive), from, point)
+    }
+
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+        area_pdf_toward(self.primitive_area(primitive), from, point)
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(self.positions.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + size_of_val(self.normals.as_slice())
+            + size_of_val(self.uvs.as_slice())
+    }
+}
+
+/// Engines may report weights slightly outside the triangle; inside, interpolation cannot overshoot.
+fn clamp_barycentrics(b: Vec2) -> (f32, f32) {
+    let u = b.x.clamp(0.0, 1.0);
+    (u, b.y.clamp(0.0, 1.0 - u))
+}
+
+/// The unit normal of the plane through two edges. Where the f32 product leaves the range (edges
+/// shorter than 1e-19 or longer than 1e19) it is formed in f64.
+fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
+    let n = e1.cross(e2);
+    let length_squared = n.length_squared();
+    if length_squared > 1e-30 && length_squared < 1e30 {
+        n / length_squared.sqrt()
+    } else {
+        e1.as_dvec3().cross(e2.as_dvec3()).normalize().as_vec3()
+    }
+}

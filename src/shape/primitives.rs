@@ -1,0 +1,53 @@
+//! The rectangle and the cube of scene files, as meshes.
+
+use glam::{DAffine3, DVec3, Vec2, Vec3A};
+
+use super::mesh::{Dropped, TriangleMesh};
+
+/// The square `[-1, 1]²` in the plane z = 0 (normal +z, texture coordinates `[0, 1]²`) under
+/// `to_world`, as two triangles.
+#[must_use]
+pub fn rectangle(to_world: DAffine3, flip_normals: bool) -> (TriangleMesh, Dropped) {
+    build(&[(DVec3::X, DVec3::Y, DVec3::ZERO)], to_world, flip_normals)
+}
+
+/// The cube `[-1, 1]³` with outward normals (texture coordinates `[0, 1]²` on each face) under
+/// `to_world`, as twelve triangles.
+#[must_use]
+pub fn cube(to_world: DAffine3, flip_normals: bool) -> (TriangleMesh, Dropped) {
+    let faces = [
+        (DVec3::X, DVec3::Y, DVec3::Z),
+        (DVec3::Y, DVec3::X, DVec3::NEG_Z),
+        (DVec3::Y, DVec3::Z, DVec3::X),
+        (DVec3::Z, DVec3::Y, DVec3::NEG_X),
+        (DVec3::Z, DVec3::X, DVec3::Y),
+        (DVec3::X, DVec3::Z, DVec3::NEG_Y),
+    ];
+    build(&faces, to_world, flip_normals)
+}
+
+/// Squares spanned by ±s and ±t around a centre, facing s × t.
+fn build(
+    faces: &[(DVec3, DVec3, DVec3)],
+    to_world: DAffine3,
+    flip_normals: bool,
+) -> (TriangleMesh, Dropped) {
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    let mut uvs = Vec::new();
+    // A mirroring map turns the winding, and so the normal, around; so does the wish to flip it.
+    let turned = (to_world.matrix3.determinant() < 0.0) != flip_normals;
+    for &(s, t, center) in faces {
+        let first = positions.len() as u32;
+        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+            let p = to_world.transform_point3(center + s * x + t * y);
+            positions.push(Vec3A::from(p.as_vec3()));
+            uvs.push(Vec2::new(x as f32, y as f32) * 0.5 + 0.5);
+        }
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|corner| first + corner)) {
+            triangles.push(if turned { [a, c, b] } else { [a, b, c] });
+        }
+    }
+    TriangleMesh::new(positions, triangles, Vec::new(), uvs)
+        .expect("indices and attributes are built to match")
+}

@@ -1,0 +1,169 @@
+//! Spheres.
+
+use std::f64::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::{Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward};
+use crate::math::{Aabb, Frame, warp};
+use crate::ray::{Hit, Ray};
+
+/// A sphere in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    center: Vec3,
+    radius: f32,
+    /// Rotation of the parameterisation: local axes in world coordinates.
+    axes: Frame,
+    /// −1 if the normals point inwards, else 1.
+    side: f32,
+}
+
+impl Sphere {
+    /// A sphere around `center` with `radius` > 0. The poles of its texture coordinates lie on ±n of
+    /// `axes`, u = 0 on its s. `flip_normals` turns the normals inwards.
+    #[must_use]
+    pub fn new(center: Vec3, radius: f32, axes: Frame, flip_normals: bool) -> Self {
+        Self { center, radius, axes, side: if flip_normals { -1.0 } else { 1.0 } }
+    }
+
+    fn surface_at(&self, outward: Vec3) -> SurfacePoint {
+        let normal = outward * self.side;
+        SurfacePoint {
+            position: self.center + outward * self.radius,
+            geometric_normal: normal,
+            shading_normal: normal,
+            offset: super::error_offset(Vec3::ONE, self.center.abs() * outward.abs())
+                + super::error_offset(Vec3::X, Vec3::splat(self.radius)),
+        }
+    }
+}
+
+impl Analytic for Sphere {
+    /// Solves the quadratic in f64: with f32 the discriminant cancels for a sphere that is small
+    /// against its distance (Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
+    fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
+        let origin = ray.origin.as_dvec3() - self.center.as_dvec3();
+        let direction = ray.direction.as_dvec3();
+        let radius = f64::from(self.radius);
+        let a = direction.length_squared();
+        let b = -origin.dot(direction);
+        let closest = origin + direction * (b / a);
+        let discriminant = radius * radius - closest.length_squared();
+        if discriminant.is_nan() || discriminant < 0.0 {
+            return None;
+        }
+        let root = (a * discriminant).sqrt();
+        // The root without cancellation first, the other from the product of both.
+        let q = b + root.copysign(b);
+        let c = origin.length_squared() - radius * radius;
+        let (mut near, mut far) = (c / q, q / a);
+        if near > far {
+            std::mem::swap(&mut near, &mut far);
+        }
+        [near as f32, far as f32]
+            .into_iter()
+            .find(|&t| t >= ray.t_min && t <= ray.t_max)
+            .map(|t| (t, 0.0, 0.0))
+    }
+
+    fn bounds(&self) -> Aabb {
+        // One more ulp of the sum on each side: the box must hold the sphere after rounding.
+        let reach = Vec3::splat(self.radius) + (self.center.abs() + self.radius) * f32::EPSILON;
+        Aabb { min: self.center - reach, max: self.center + reach }
+    }
+}
+
+impl Shape for Sphere {
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry::Analytic(self)
+    }
+
+    fn bounds(&self) -> Aabb {
+        Analytic::bounds(self)
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        // Projecting on the sphere removes the error that t has at a distance.
+        let p = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(hit.t);
+        self.surface_at((p - self.center.as_dvec3()).normalize().as_vec3())
+    }
+
+    fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
+        let local = self.axes.to_local(self.surface(ray, hit).geometric_normal * self.side);
+        let turn = local.y.atan2(local.x) / std::f32::consts::TAU;
+        Vec2::new(
+            if turn < 0.0 { turn + 1.0 } else { turn },
+            local.z.clamp(-1.0, 1.0).acos() / std::f32::consts::PI,
+        )
+    }
+
+    fn primitive_count(&self) -> usize {
+        1
+    }
+
+    fn primitive_area(&self, _primitive: usize) -> f64 {
+        4.0 * PI * f64::from(self.radius).powi(2)
+    }
+
+    /// From outside, uniform in the cone that the sphere fills (Shirley, Wang and Zimmerman 1996,
+    /// section 3.2); from inside, uniform by area.
+    fn sample_primitive(&self, primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+        let Some(cone) = self.cone_from(from) else {
+            let point = self.surface_at(warp::square_to_uniform_sphere(u));
+            return area_sample_toward(self.primitive_area(primitive), from, point);
+        };
+        let frame = Frame::from_normal(cone.axis);
+        let local = warp::square_to_uniform_cone(u, cone.one_minus_cos);
+        let direction = frame.to_world(local).normalize();
+        // The angle at the centre between the axis and the point that the direction meets first:
+        // the law of sines, in sines only, so that it holds for the smallest cones.
+        let sin_squared = f64::from(local.x).powi(2) + f64::from(local.y).powi(2);
+        let (d, r) = (cone.distance, f64::from(self.radius));
+        let along = d * (1.0 - sin_squared).max(0.0).sqrt();
+        let t = along - (r * r - d * d * sin_squared).max(0.0).sqrt();
+        let on_sphere = from.as_dvec3() + direction.as_dvec3() * t;
+        let outward = (on_sphere - self.center.as_dvec3()).normalize().as_vec3();
+        Some(ShapeSample {
+            point: self.surface_at(outward),
+            direction,
+            distance: t as f32,
+            inverse_pdf: std::f32::consts::TAU * cone.one_minus_cos,
+            pdf: warp::square_to_uniform_cone_pdf(cone.one_minus_cos),
+        })
+    }
+
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+        match self.cone_from(from) {
+            Some(cone) => warp::square_to_uniform_cone_pdf(cone.one_minus_cos),
+            None => area_pdf_toward(self.primitive_area(primitive), from, point),
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Self>()
+    }
+}
+
+/// The cone of directions in which a sphere is seen.
+struct Cone {
+    axis: Vec3,
+    one_minus_cos: f32,
+    distance: f64,
+}
+
+impl Sphere {
+    /// `None` from inside and from a point on the surface.
+    fn cone_from(&self, from: Vec3) -> Option<Cone> {
+        let to_center = self.center.as_dvec3() - from.as_dvec3();
+        let distance = to_center.length();
+        let sin = f64::from(self.radius) / distance;
+        // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
+        let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
+        (sin < 1.0).then(|| Cone {
+            axis: (to_center / distance).as_vec3(),
+            one_minus_cos: one_minus_cos as f32,
+            distance,
+        })
+    }
+}
