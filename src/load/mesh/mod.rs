@@ -64,11 +64,15 @@ impl MeshFileError {
 /// # Errors
 /// Always.
 pub fn load_obj(path: &Path, _options: &MeshOptions) -> Result<LoadedMesh, MeshFileError> {
-    Err(MeshFileError { path: path.to_owned() })
+    Err(MeshFileError {
+        path: path.to_owned(),
+    })
 }
 
 /// # Errors
 /// Always.
 pub fn load_ply(path: &Path, _options: &MeshOptions) -> Result<LoadedMesh, MeshFileError> {
-    Err(MeshFileError { path: path.to_owned() })
+    Err(MeshFileError {
+        path: path.to_owned(),
+    })
 }
