@@ -33,7 +33,9 @@ impl EmitterChoice {
                 ChoicePolicy::Uniform => f64::from(power > 0.0),
             })
             .collect();
-        Self { distribution: Discrete::new(&weights) }
+        Self {
+            distribution: Discrete::new(&weights),
+        }
     }
 
     /// The index of an emitter, its probability, and `u` rescaled to `[0, 1)` for further use.
@@ -47,6 +49,8 @@ impl EmitterChoice {
     /// Probability with which `emitter` is chosen.
     #[must_use]
     pub fn probability(&self, emitter: usize) -> f32 {
-        self.distribution.as_ref().map_or(0.0, |d| d.probability(emitter) as f32)
+        self.distribution
+            .as_ref()
+            .map_or(0.0, |d| d.probability(emitter) as f32)
     }
 }
