@@ -66,10 +66,7 @@ impl Perspective {
             return Err(CameraError::FieldOfView(s.fov_x_deg));
         }
         if !(s.near_clip >= 0.0 && s.near_clip < s.far_clip) {
-            return Err(CameraError::Clip {
-                near: s.near_clip,
-                far: s.far_clip,
-            });
+            return Err(CameraError::Clip { near: s.near_clip, far: s.far_clip });
         }
         let axes = s.to_world.matrix3;
         let [left, up, forward] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::try_normalize);
@@ -102,11 +99,7 @@ impl Perspective {
         let ray = Ray::new(self.position, direction);
         // Along the axis `through` advances by 1, so along the unit direction by 1 / length.
         let (near, far) = (self.clip.0 * length as f32, self.clip.1 * length as f32);
-        Ray {
-            t_min: ray.t_min.max(near),
-            t_max: far,
-            ..ray
-        }
+        Ray { t_min: ray.t_min.max(near), t_max: far, ..ray }
     }
 }
 
@@ -135,10 +128,7 @@ mod tests {
             (Vec2::new(1.0, 1.0), Vec3::new(-1.0, -0.5, 1.0)),
         ] {
             let ray = camera.ray(film);
-            assert!(
-                ray.direction.abs_diff_eq(through.normalize(), 1e-7),
-                "{film}"
-            );
+            assert!(ray.direction.abs_diff_eq(through.normalize(), 1e-7), "{film}");
             assert_eq!((ray.t_min, ray.t_max), (f32::MIN_POSITIVE, f32::INFINITY));
         }
     }
@@ -146,22 +136,17 @@ mod tests {
     #[test]
     fn principal_point_moves_the_centre() {
         let offset = Vec2::new(0.25, -0.5);
-        let camera = Perspective::new(&PerspectiveSettings {
-            principal_point_offset: offset,
-            ..settings()
-        })
-        .expect("valid");
+        let camera =
+            Perspective::new(&PerspectiveSettings { principal_point_offset: offset, ..settings() })
+                .expect("valid");
         assert_eq!(camera.ray(Vec2::splat(0.5) - offset).direction, Vec3::Z);
     }
 
     #[test]
     fn clip_distances_are_measured_along_the_axis() {
-        let camera = Perspective::new(&PerspectiveSettings {
-            near_clip: 2.0,
-            far_clip: 4.0,
-            ..settings()
-        })
-        .expect("valid");
+        let camera =
+            Perspective::new(&PerspectiveSettings { near_clip: 2.0, far_clip: 4.0, ..settings() })
+                .expect("valid");
         let ray = camera.ray(Vec2::ZERO);
         assert!((ray.direction.z * ray.t_min - 2.0).abs() < 1e-6);
         assert!((ray.direction.z * ray.t_max - 4.0).abs() < 1e-6);
@@ -170,37 +155,16 @@ mod tests {
     #[test]
     fn impossible_settings_are_refused() {
         for fov in [0.0, 180.0, -1.0, f64::NAN, f64::INFINITY] {
-            let result = Perspective::new(&PerspectiveSettings {
-                fov_x_deg: fov,
-                ..settings()
-            });
+            let result = Perspective::new(&PerspectiveSettings { fov_x_deg: fov, ..settings() });
             assert!(matches!(result, Err(CameraError::FieldOfView(_))), "{fov}");
         }
         // A camera of almost no field is a useful one-ray camera.
-        assert!(
-            Perspective::new(&PerspectiveSettings {
-                fov_x_deg: 1e-6,
-                ..settings()
-            })
-            .is_ok()
-        );
+        assert!(Perspective::new(&PerspectiveSettings { fov_x_deg: 1e-6, ..settings() }).is_ok());
         let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
-        let result = Perspective::new(&PerspectiveSettings {
-            to_world: flat,
-            ..settings()
-        });
+        let result = Perspective::new(&PerspectiveSettings { to_world: flat, ..settings() });
         assert_eq!(result.err(), Some(CameraError::Singular));
-        let result = Perspective::new(&PerspectiveSettings {
-            near_clip: 3.0,
-            far_clip: 2.0,
-            ..settings()
-        });
-        assert_eq!(
-            result.err(),
-            Some(CameraError::Clip {
-                near: 3.0,
-                far: 2.0
-            })
-        );
+        let result =
+            Perspective::new(&PerspectiveSettings { near_clip: 3.0, far_clip: 2.0, ..settings() });
+        assert_eq!(result.err(), Some(CameraError::Clip { near: 3.0, far: 2.0 }));
     }
 }

@@ -31,13 +31,7 @@ impl Ray {
     /// `t == t_min`, and a surface through the origin is at exactly 0.
     #[must_use]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self {
-            origin,
-            direction,
-            t_min: f32::MIN_POSITIVE,
-            t_max: f32::INFINITY,
-            time: 0.0,
-        }
+        Self { origin, direction, t_min: f32::MIN_POSITIVE, t_max: f32::INFINITY, time: 0.0 }
     }
 
     /// The same ray, ending at `t_max`.
@@ -86,39 +80,19 @@ mod tests {
     fn rays_that_no_engine_may_see_are_recognised() {
         let good = Ray::new(Vec3::ZERO, Vec3::Z);
         assert!(good.is_traceable());
-        assert!(
-            Ray {
-                t_min: 0.0,
-                time: 1.0,
-                ..good
-            }
-            .is_traceable()
-        );
+        assert!(Ray { t_min: 0.0, time: 1.0, ..good }.is_traceable());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e20, -1e20] {
             for axis in 0..3 {
                 let mut v = Vec3::splat(0.5);
                 v[axis] = bad;
                 assert!(!Ray { origin: v, ..good }.is_traceable(), "origin {v}");
-                assert!(
-                    !Ray {
-                        direction: v,
-                        ..good
-                    }
-                    .is_traceable(),
-                    "direction {v}"
-                );
+                assert!(!Ray { direction: v, ..good }.is_traceable(), "direction {v}");
             }
         }
         for t_min in [-1.0, f32::NAN] {
             assert!(!Ray { t_min, ..good }.is_traceable(), "t_min {t_min}");
         }
-        assert!(
-            !Ray {
-                t_max: f32::NAN,
-                ..good
-            }
-            .is_traceable()
-        );
+        assert!(!Ray { t_max: f32::NAN, ..good }.is_traceable());
         for time in [-1e-7, 1.000_000_1, f32::NAN] {
             assert!(!Ray { time, ..good }.is_traceable(), "time {time}");
         }

@@ -82,10 +82,7 @@ pub fn render(
         engine,
         sampler: sampler::build(&description.sampler),
         filter: FilterSampler::new(description.film.filter),
-        content: Content {
-            picture: picture.is_some(),
-            layers,
-        },
+        content: Content { picture: picture.is_some(), layers },
         picture,
         aov,
     };
@@ -111,11 +108,7 @@ pub fn render(
                     samples_done.fetch_add(tally.samples, Ordering::Relaxed) + tally.samples;
                 let traced = tally.rays.total();
                 let rays = rays.fetch_add(traced, Ordering::Relaxed) + traced;
-                on_progress(Progress {
-                    samples_done,
-                    samples_total,
-                    rays,
-                });
+                on_progress(Progress { samples_done, samples_total, rays });
                 tally
             })
             .reduce(Tally::default, Tally::merge);

@@ -3,10 +3,7 @@
 //! The build script of a direct dependent reads `DEP_EMBREE_VERSION` (`3.13.5`), `DEP_EMBREE_MAJOR`
 //! (`3`) and, if `EMBREE_DIR` chose the library, `DEP_EMBREE_LIB_DIR`, which programs need as rpath.
 
-#![allow(
-    clippy::print_stdout,
-    reason = "it is how a build script talks to cargo"
-)]
+#![allow(clippy::print_stdout, reason = "it is how a build script talks to cargo")]
 
 use std::env;
 use std::fs;
@@ -75,20 +72,14 @@ fn find() -> Result<Embree, String> {
         folder_with(&prefixes, "lib", &format!("libembree{major}.so")).ok_or_else(|| {
             format!("Embree's header is there, but no lib/libembree{major}.so in {prefixes:?}")
         })?;
-    Ok(Embree {
-        version,
-        major,
-        include,
-        lib_dir: elsewhere.is_some().then_some(lib_dir),
-    })
+    Ok(Embree { version, major, include, lib_dir: elsewhere.is_some().then_some(lib_dir) })
 }
 
 /// Looks in `kind` itself and in Debian's subfolder for the architecture.
 fn folder_with(prefixes: &[PathBuf], kind: &str, file: &str) -> Option<PathBuf> {
     let multiarch = env::var("CARGO_CFG_TARGET_ARCH").ok()? + "-linux-gnu";
     let dirs = prefixes.iter().map(|prefix| prefix.join(kind));
-    dirs.flat_map(|dir| [dir.join(&multiarch), dir])
-        .find(|dir| dir.join(file).exists())
+    dirs.flat_map(|dir| [dir.join(&multiarch), dir]).find(|dir| dir.join(file).exists())
 }
 
 fn supported_version(config: &Path) -> Result<String, String> {
@@ -101,9 +92,7 @@ fn supported_version(config: &Path) -> Result<String, String> {
         .map(|value| value.trim().trim_matches('"'))
         .ok_or_else(|| format!("{} does not tell its version", config.display()))?;
     if !version.starts_with("3.13.") && !version.starts_with("4.") {
-        return Err(format!(
-            "Embree {version} was found; supported are 3.13 and 4"
-        ));
+        return Err(format!("Embree {version} was found; supported are 3.13 and 4"));
     }
     Ok(version.to_owned())
 }

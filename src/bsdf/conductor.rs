@@ -26,10 +26,7 @@ impl Conductor {
     /// scaled by `specular_reflectance` in `[0, 1]`.
     #[must_use]
     pub fn new(index: Option<ComplexIndex>, specular_reflectance: Rgb) -> Self {
-        Self {
-            index,
-            specular_reflectance,
-        }
+        Self { index, specular_reflectance }
     }
 }
 
@@ -64,9 +61,7 @@ impl Bsdf for Conductor {
         if wi.z <= 0.0 {
             return Rgb::ZERO;
         }
-        let fresnel = self
-            .index
-            .map_or(Rgb::ONE, |i| fresnel::conductor(wi.z, i.eta, i.k));
+        let fresnel = self.index.map_or(Rgb::ONE, |i| fresnel::conductor(wi.z, i.eta, i.k));
         fresnel * self.specular_reflectance
     }
 }

@@ -24,11 +24,7 @@ impl Dielectric {
         specular_reflectance: Rgb,
         specular_transmittance: Rgb,
     ) -> Self {
-        Self {
-            eta: int_ior / ext_ior,
-            specular_reflectance,
-            specular_transmittance,
-        }
+        Self { eta: int_ior / ext_ior, specular_reflectance, specular_transmittance }
     }
 }
 

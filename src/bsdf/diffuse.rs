@@ -23,19 +23,11 @@ impl Diffuse {
 
 impl Bsdf for Diffuse {
     fn eval(&self, wi: Vec3, wo: Vec3) -> Rgb {
-        if wi.z > 0.0 && wo.z > 0.0 {
-            self.reflectance * (FRAC_1_PI * wo.z)
-        } else {
-            Rgb::ZERO
-        }
+        if wi.z > 0.0 && wo.z > 0.0 { self.reflectance * (FRAC_1_PI * wo.z) } else { Rgb::ZERO }
     }
 
     fn pdf(&self, wi: Vec3, wo: Vec3) -> f32 {
-        if wi.z > 0.0 {
-            warp::square_to_cosine_hemisphere_pdf(wo)
-        } else {
-            0.0
-        }
+        if wi.z > 0.0 { warp::square_to_cosine_hemisphere_pdf(wo) } else { 0.0 }
     }
 
     fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
@@ -60,10 +52,6 @@ impl Bsdf for Diffuse {
     }
 
     fn albedo(&self, wi: Vec3) -> Rgb {
-        if wi.z > 0.0 {
-            self.reflectance
-        } else {
-            Rgb::ZERO
-        }
+        if wi.z > 0.0 { self.reflectance } else { Rgb::ZERO }
     }
 }

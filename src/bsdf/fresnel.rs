@@ -21,19 +21,11 @@ pub struct DielectricFresnel {
 /// refracted angle is rounded to either side of 1 near total reflection.
 #[must_use]
 pub fn dielectric(cos_i: f32, eta: f32) -> DielectricFresnel {
-    let eta_it = if cos_i >= 0.0 {
-        f64::from(eta)
-    } else {
-        1.0 / f64::from(eta)
-    };
+    let eta_it = if cos_i >= 0.0 { f64::from(eta) } else { 1.0 / f64::from(eta) };
     let cos_i_abs = f64::from(cos_i.abs()).min(1.0);
     let cos_t_squared = 1.0 - (1.0 - cos_i_abs * cos_i_abs) / (eta_it * eta_it);
     if cos_t_squared <= 0.0 {
-        return DielectricFresnel {
-            reflectance: 1.0,
-            cos_t: 0.0,
-            eta: eta_it as f32,
-        };
+        return DielectricFresnel { reflectance: 1.0, cos_t: 0.0, eta: eta_it as f32 };
     }
     let cos_t = cos_t_squared.sqrt();
     // With eta 1 both differences are 0 but for the rounding of cos_t.
@@ -61,13 +53,8 @@ pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
     let cos = cos_i.clamp(0.0, 1.0);
     let (cos2, sin2) = (cos * cos, 1.0 - cos * cos);
     let channel = |eta: f32, k: f32| {
-        let (eta, k, cos, cos2, sin2) = (
-            f64::from(eta),
-            f64::from(k),
-            f64::from(cos),
-            f64::from(cos2),
-            f64::from(sin2),
-        );
+        let (eta, k, cos, cos2, sin2) =
+            (f64::from(eta), f64::from(k), f64::from(cos), f64::from(cos2), f64::from(sin2));
         let t0 = eta * eta - k * k - sin2;
         let a2_plus_b2 = (t0 * t0 + 4.0 * eta * eta * k * k).sqrt();
         let a = (0.5 * (a2_plus_b2 + t0)).max(0.0).sqrt();
@@ -79,11 +66,7 @@ pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
         let r_p = r_s * (t3 - t4) / (t3 + t4);
         (0.5 * (r_s + r_p)) as f32
     };
-    Rgb::new(
-        channel(eta.x, k.x),
-        channel(eta.y, k.y),
-        channel(eta.z, k.z),
-    )
+    Rgb::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
 #[cfg(test)]
@@ -93,12 +76,9 @@ mod tests {
     /// 2∫F(μ)μ dμ has a closed form for dielectrics (Walsh 1926); the values to six digits.
     #[test]
     fn dielectric_means_are_known() {
-        for (eta, expected) in [
-            (1.5, 0.091_778),
-            (1.0 / 1.5, 0.596_346),
-            (1.33, 0.065_931),
-            (2.4, 0.210_181),
-        ] {
+        for (eta, expected) in
+            [(1.5, 0.091_778), (1.0 / 1.5, 0.596_346), (1.33, 0.065_931), (2.4, 0.210_181)]
+        {
             let n = 200_000;
             let mean: f64 = (0..n)
                 .map(|i| {
@@ -120,10 +100,7 @@ mod tests {
         for step in (-3i32..=3).rev() {
             let cos = f32::from_bits((critical.to_bits() as i32 + step) as u32);
             let f = dielectric(cos, 1.0 / 1.5);
-            assert!(
-                f.reflectance >= 0.995 && f.reflectance <= 1.0,
-                "{step}: {f:?}"
-            );
+            assert!(f.reflectance >= 0.995 && f.reflectance <= 1.0, "{step}: {f:?}");
             assert!(f.reflectance >= previous, "{step}: not monotonic");
             previous = f.reflectance;
         }

@@ -24,10 +24,7 @@ impl TwoSided {
     /// The material on the side of `w`, and the factor for z that makes it a front side.
     fn side(&self, w: Vec3) -> (&dyn Bsdf, Vec3) {
         if w.z < 0.0 {
-            (
-                self.back.as_ref().unwrap_or(&self.front).as_ref(),
-                Vec3::new(1.0, 1.0, -1.0),
-            )
+            (self.back.as_ref().unwrap_or(&self.front).as_ref(), Vec3::new(1.0, 1.0, -1.0))
         } else {
             (self.front.as_ref(), Vec3::ONE)
         }
@@ -47,10 +44,7 @@ impl Bsdf for TwoSided {
 
     fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
         let (bsdf, mirror) = self.side(wi);
-        bsdf.sample(wi * mirror, u).map(|s| BsdfSample {
-            wo: s.wo * mirror,
-            ..s
-        })
+        bsdf.sample(wi * mirror, u).map(|s| BsdfSample { wo: s.wo * mirror, ..s })
     }
 
     fn is_delta(&self) -> bool {

@@ -22,24 +22,17 @@ impl Area {
     /// `None` if the shape has no area.
     #[must_use]
     pub fn new(shape: Arc<dyn Shape>, radiance: Rgb) -> Option<Self> {
-        let areas: Vec<f64> = (0..shape.primitive_count())
-            .map(|i| shape.primitive_area(i))
-            .collect();
+        let areas: Vec<f64> =
+            (0..shape.primitive_count()).map(|i| shape.primitive_area(i)).collect();
         let primitives = Discrete::new(&areas)?;
-        Some(Self {
-            shape,
-            radiance,
-            primitives,
-        })
+        Some(Self { shape, radiance, primitives })
     }
 }
 
 impl Emitter for Area {
     fn sample_toward(&self, from: Vec3, u: Vec2) -> Option<EmitterSample> {
         let (primitive, rest) = self.primitives.sample(u.x);
-        let sample = self
-            .shape
-            .sample_primitive(primitive, from, Vec2::new(rest, u.y))?;
+        let sample = self.shape.sample_primitive(primitive, from, Vec2::new(rest, u.y))?;
         if sample.point.geometric_normal.dot(sample.direction) >= 0.0 {
             return None;
         }

@@ -33,9 +33,7 @@ impl EmitterChoice {
                 ChoicePolicy::Uniform => f64::from(power > 0.0),
             })
             .collect();
-        Self {
-            distribution: Discrete::new(&weights),
-        }
+        Self { distribution: Discrete::new(&weights) }
     }
 
     /// The index of an emitter, its probability, and `u` rescaled to `[0, 1)` for further use.
@@ -49,8 +47,6 @@ impl EmitterChoice {
     /// Probability with which `emitter` is chosen.
     #[must_use]
     pub fn probability(&self, emitter: usize) -> f32 {
-        self.distribution
-            .as_ref()
-            .map_or(0.0, |d| d.probability(emitter) as f32)
+        self.distribution.as_ref().map_or(0.0, |d| d.probability(emitter) as f32)
     }
 }

@@ -32,19 +32,11 @@ impl Emitter for Constant {
     }
 
     fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
-        if sight.surface.is_none() {
-            warp::UNIFORM_SPHERE_PDF
-        } else {
-            0.0
-        }
+        if sight.surface.is_none() { warp::UNIFORM_SPHERE_PDF } else { 0.0 }
     }
 
     fn radiance(&self, sight: &Sight<'_>) -> Rgb {
-        if sight.surface.is_none() {
-            self.radiance
-        } else {
-            Rgb::ZERO
-        }
+        if sight.surface.is_none() { self.radiance } else { Rgb::ZERO }
     }
 
     /// What enters the sphere around the scene: π L per unit of its area.

@@ -18,10 +18,7 @@ impl Point {
     /// `intensity` in W·sr⁻¹.
     #[must_use]
     pub fn new(position: Vec3, intensity: Rgb) -> Self {
-        Self {
-            position,
-            intensity,
-        }
+        Self { position, intensity }
     }
 }
 

@@ -90,11 +90,7 @@ fn tabulate(density: impl Fn(f64) -> f64) -> Vec<f32> {
             let target = sum * knot as f64 / INTERVALS as f64;
             let above = cumulative.partition_point(|&c| c < target).clamp(1, STEPS);
             let (low, high) = (cumulative[above - 1], cumulative[above]);
-            let rest = if high > low {
-                (target - low) / (high - low)
-            } else {
-                0.0
-            };
+            let rest = if high > low { (target - low) / (high - low) } else { 0.0 };
             (at(above - 1) + rest * (at(above) - at(above - 1))) as f32
         })
         .collect()
@@ -112,10 +108,7 @@ mod tests {
         for i in 0..n {
             let u = (i as f32 + 0.5) / n as f32;
             let x = f64::from(sampler.sample(Vec2::new(u, 0.5)).x);
-            sums = (
-                sums.0 + x.abs() / f64::from(n),
-                sums.1 + x * x / f64::from(n),
-            );
+            sums = (sums.0 + x.abs() / f64::from(n), sums.1 + x * x / f64::from(n));
         }
         sums
     }
@@ -137,11 +130,7 @@ mod tests {
         let sigma = 0.5;
         let gaussian = moments(Filter::Gaussian { stddev: 0.5 });
         assert!(
-            close(
-                gaussian,
-                sigma * first / mass,
-                sigma * sigma * second / mass
-            ),
+            close(gaussian, sigma * first / mass, sigma * sigma * second / mass),
             "{gaussian:?}"
         );
     }

@@ -74,12 +74,7 @@ impl Film {
     /// An empty film.
     #[must_use]
     pub fn new(settings: &FilmSettings, content: Content) -> Self {
-        let Crop {
-            x,
-            y,
-            width,
-            height,
-        } = settings.crop;
+        let Crop { x, y, width, height } = settings.crop;
         let indices_per_pixel = content.layers.iter().filter(|l| l.kind.is_index()).count();
         let numbers_per_pixel = content
             .layers
@@ -108,17 +103,11 @@ impl Film {
         let tiles = (0..height)
             .step_by(TILE as usize)
             .flat_map(|tile_y| {
-                (0..width)
-                    .step_by(TILE as usize)
-                    .map(move |tile_x| (tile_x, tile_y))
+                (0..width).step_by(TILE as usize).map(move |tile_x| (tile_x, tile_y))
             })
             .map(|(tile_x, tile_y)| tile(tile_x, tile_y))
             .collect();
-        Self {
-            settings: settings.clone(),
-            content,
-            tiles,
-        }
+        Self { settings: settings.clone(), content, tiles }
     }
 
     /// The tiles, which together are the crop.
@@ -194,12 +183,7 @@ impl Tile {
 
     /// Coordinates on the whole film of its pixels, in the order of their indices.
     pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let Crop {
-            x,
-            y,
-            width,
-            height,
-        } = self.area;
+        let Crop { x, y, width, height } = self.area;
         (y..y + height).flat_map(move |y| (x..x + width).map(move |x| (x, y)))
     }
 
@@ -219,10 +203,7 @@ impl Tile {
     /// The sums of a pixel's averaged layers, and the values of its others.
     pub fn layers_mut(&mut self, pixel: usize) -> (&mut [f64], &mut [u32]) {
         let (n, i) = (self.numbers_per_pixel, self.indices_per_pixel);
-        (
-            &mut self.numbers[pixel * n..][..n],
-            &mut self.indices[pixel * i..][..i],
-        )
+        (&mut self.numbers[pixel * n..][..n], &mut self.indices[pixel * i..][..i])
     }
 
     /// Counts one more sample of a pixel, after all of it was added.
@@ -245,23 +226,12 @@ mod tests {
         let settings = FilmSettings {
             width: 1,
             height: 1,
-            crop: Crop {
-                x: 0,
-                y: 0,
-                width: 1,
-                height: 1,
-            },
+            crop: Crop { x: 0, y: 0, width: 1, height: 1 },
             filter: Filter::Box,
             alpha: false,
             component: ComponentFormat::Float,
         };
-        Film::new(
-            &settings,
-            Content {
-                picture: true,
-                layers: Vec::new(),
-            },
-        )
+        Film::new(&settings, Content { picture: true, layers: Vec::new() })
     }
 
     /// The mean of a million equal samples is the sample: f64 sums err by 1e-10 at most, and the result
@@ -294,25 +264,10 @@ mod tests {
 
     #[test]
     fn tiles_cover_the_crop_once() {
-        let crop = Crop {
-            x: 3,
-            y: 5,
-            width: 37,
-            height: 17,
-        };
-        let settings = FilmSettings {
-            width: 64,
-            height: 64,
-            crop,
-            ..one_pixel().settings().clone()
-        };
-        let film = Film::new(
-            &settings,
-            Content {
-                picture: true,
-                layers: Vec::new(),
-            },
-        );
+        let crop = Crop { x: 3, y: 5, width: 37, height: 17 };
+        let settings =
+            FilmSettings { width: 64, height: 64, crop, ..one_pixel().settings().clone() };
+        let film = Film::new(&settings, Content { picture: true, layers: Vec::new() });
         let mut seen: Vec<_> = film.tiles.iter().flat_map(Tile::pixels).collect();
         seen.sort_unstable();
         let mut expected: Vec<_> = (3..40).flat_map(|x| (5..22).map(move |y| (x, y))).collect();

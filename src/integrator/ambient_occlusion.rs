@@ -35,9 +35,6 @@ impl Integrator for AmbientOcclusion {
         let frame = Frame::from_normal(normal * -normal.dot(ray.direction).signum());
         let direction = frame.to_world(warp::square_to_cosine_hemisphere(sampler.next_2d()));
         let free = !tracer.occluded(&vertex.surface.spawn(direction).until(self.ray_length));
-        Estimate {
-            radiance: Rgb::splat(f32::from(u8::from(free))),
-            alpha: 1.0,
-        }
+        Estimate { radiance: Rgb::splat(f32::from(u8::from(free))), alpha: 1.0 }
     }
 }

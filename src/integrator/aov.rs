@@ -60,9 +60,7 @@ fn triple(kind: AovKind, vertex: &Vertex<'_>, ray: &Ray) -> Vec3 {
         AovKind::Position => vertex.surface.position,
         AovKind::GeometricNormal => vertex.surface.geometric_normal,
         AovKind::ShadingNormal => vertex.surface.shading_normal,
-        AovKind::Albedo => vertex
-            .bsdf
-            .albedo(vertex.surface.frame().to_local(-ray.direction)),
+        AovKind::Albedo => vertex.bsdf.albedo(vertex.surface.frame().to_local(-ray.direction)),
         AovKind::Depth | AovKind::Uv | AovKind::ShapeIndex | AovKind::PrimitiveIndex => {
             unreachable!("has one or two components")
         }

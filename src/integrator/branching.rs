@@ -26,12 +26,7 @@ impl Branching {
         directions: DirectionSampling,
         hide_emitters: bool,
     ) -> Self {
-        Self {
-            branches,
-            max_depth,
-            directions,
-            hide_emitters,
-        }
+        Self { branches, max_depth, directions, hide_emitters }
     }
 
     /// Mean over N directions of what arrives at `vertex` and is scattered back along `ray`, which was
@@ -74,11 +69,8 @@ impl Integrator for Branching {
     ) -> Estimate {
         let mut ray = *ray;
         let (vertex, alpha) = tracer.camera_vertex(&mut ray, self.hide_emitters);
-        let mut radiance = if self.hide_emitters {
-            Rgb::ZERO
-        } else {
-            tracer.emitted(&ray, vertex.as_ref())
-        };
+        let mut radiance =
+            if self.hide_emitters { Rgb::ZERO } else { tracer.emitted(&ray, vertex.as_ref()) };
         if let Some(vertex) = vertex {
             radiance += self.scattered(tracer, &ray, &vertex, 1, sampler);
         }

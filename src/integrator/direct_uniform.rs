@@ -31,11 +31,8 @@ impl Integrator for DirectUniform {
     ) -> Estimate {
         let mut ray = *ray;
         let (vertex, alpha) = tracer.camera_vertex(&mut ray, self.hide_emitters);
-        let mut radiance = if self.hide_emitters {
-            Rgb::ZERO
-        } else {
-            tracer.emitted(&ray, vertex.as_ref())
-        };
+        let mut radiance =
+            if self.hide_emitters { Rgb::ZERO } else { tracer.emitted(&ray, vertex.as_ref()) };
         if let Some(vertex) = vertex {
             let shading = Shading::new(&vertex, &ray);
             let scattered = shading.scatter(DirectionSampling::UniformHemisphere, sampler);

@@ -38,11 +38,7 @@ mod tests {
             (f32::INFINITY, 1.0, 1.0),
             (0.0, 0.0, 0.0),
         ] {
-            assert_eq!(
-                MisHeuristic::Power.weight(own, other),
-                expected,
-                "({own}, {other})"
-            );
+            assert_eq!(MisHeuristic::Power.weight(own, other), expected, "({own}, {other})");
         }
     }
 
@@ -53,10 +49,7 @@ mod tests {
             for i in -60..60 {
                 let other = 1.3f32.powi(i);
                 let sum = heuristic.weight(1.0, other) + heuristic.weight(other, 1.0);
-                assert!(
-                    (sum - 1.0).abs() < 8.0 * f32::EPSILON,
-                    "{heuristic:?} {other}: {sum}"
-                );
+                assert!((sum - 1.0).abs() < 8.0 * f32::EPSILON, "{heuristic:?} {other}: {sum}");
             }
         }
     }

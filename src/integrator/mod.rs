@@ -57,27 +57,16 @@ pub fn build<'a>(settings: &'a IntegratorSettings, scene: &Scene) -> Parts<'a> {
         IntegratorSettings::DirectUniform { hide_emitters } => {
             (Some(Box::new(DirectUniform::new(hide_emitters))), None)
         }
-        IntegratorSettings::Branching {
-            branches,
-            max_depth,
-            directions,
-            hide_emitters,
-        } => {
+        IntegratorSettings::Branching { branches, max_depth, directions, hide_emitters } => {
             let branching = Branching::new(branches, max_depth, directions, hide_emitters);
             (Some(Box::new(branching)), None)
         }
         IntegratorSettings::AmbientOcclusion { ray_length } => {
             (Some(Box::new(AmbientOcclusion::new(ray_length))), None)
         }
-        IntegratorSettings::Aov {
-            ref layers,
-            ref picture,
-        } => {
+        IntegratorSettings::Aov { ref layers, ref picture } => {
             let (picture, nested) = picture.as_deref().map_or((None, None), |p| build(p, scene));
-            debug_assert!(
-                nested.is_none(),
-                "layers within layers are refused by the loader"
-            );
+            debug_assert!(nested.is_none(), "layers within layers are refused by the loader");
             (picture, Some(Aov::new(layers)))
         }
     }

@@ -34,10 +34,7 @@ impl Path {
     pub fn new(settings: &PathSettings, scene: &Scene) -> Self {
         let emitters =
             EmitterChoice::new(settings.emitter_choice, scene.emitters(), scene.radius());
-        Self {
-            settings: *settings,
-            emitters,
-        }
+        Self { settings: *settings, emitters }
     }
 
     /// Radiance of the emitter at the end of the last edge, with the weight of having found it by
@@ -153,17 +150,13 @@ impl Integrator for Path {
             edge = if sample.delta {
                 LastEdge::Forced
             } else {
-                LastEdge::Chosen {
-                    from: vertex.surface.position,
-                    pdf: sample.pdf,
-                }
+                LastEdge::Chosen { from: vertex.surface.position, pdf: sample.pdf }
             };
             ray = vertex.surface.spawn(direction);
 
             // Whether it goes on.
-            let Some(factor) = s
-                .roulette
-                .play(edges, throughput * (eta * eta), || sampler.next_1d())
+            let Some(factor) =
+                s.roulette.play(edges, throughput * (eta * eta), || sampler.next_1d())
             else {
                 break;
             };

@@ -31,11 +31,8 @@ impl Roulette {
 mod tests {
     use super::*;
 
-    const THROUGHPUT: Roulette = Roulette {
-        policy: RoulettePolicy::Throughput,
-        min_depth: 3,
-        max_survival: 0.99,
-    };
+    const THROUGHPUT: Roulette =
+        Roulette { policy: RoulettePolicy::Throughput, min_depth: 3, max_survival: 0.99 };
 
     fn no_draw() -> f32 {
         panic!("no number was needed")
@@ -44,10 +41,7 @@ mod tests {
     #[test]
     fn short_paths_go_on_without_a_draw() {
         assert_eq!(THROUGHPUT.play(2, Rgb::splat(0.1), no_draw), Some(1.0));
-        let none = Roulette {
-            policy: RoulettePolicy::None,
-            ..THROUGHPUT
-        };
+        let none = Roulette { policy: RoulettePolicy::None, ..THROUGHPUT };
         assert_eq!(none.play(100, Rgb::splat(0.1), no_draw), Some(1.0));
     }
 
@@ -56,20 +50,14 @@ mod tests {
         let dim = Rgb::new(0.1, 0.25, 0.2);
         assert_eq!(THROUGHPUT.play(3, dim, || 0.249), Some(4.0));
         assert_eq!(THROUGHPUT.play(3, dim, || 0.25), None);
-        let fixed = Roulette {
-            policy: RoulettePolicy::Fixed(0.5),
-            ..THROUGHPUT
-        };
+        let fixed = Roulette { policy: RoulettePolicy::Fixed(0.5), ..THROUGHPUT };
         assert_eq!(fixed.play(3, dim, || 0.499), Some(2.0));
         assert_eq!(fixed.play(3, dim, || 0.5), None);
     }
 
     #[test]
     fn survival_is_clamped_where_throughput_exceeds_one() {
-        assert_eq!(
-            THROUGHPUT.play(3, Rgb::splat(2.25), || 0.98),
-            Some(1.0 / 0.99)
-        );
+        assert_eq!(THROUGHPUT.play(3, Rgb::splat(2.25), || 0.98), Some(1.0 / 0.99));
         assert_eq!(THROUGHPUT.play(3, Rgb::splat(2.25), || 0.99), None);
     }
 

@@ -66,11 +66,7 @@ impl<'a> Tracer<'a> {
     /// `engine` must have been built over the shapes of `scene`.
     #[must_use]
     pub fn new(scene: &'a Scene, engine: &'a dyn Intersector) -> Self {
-        Self {
-            scene,
-            engine,
-            counts: RayCounts::default(),
-        }
+        Self { scene, engine, counts: RayCounts::default() }
     }
 
     /// The scene.
@@ -89,12 +85,7 @@ impl<'a> Tracer<'a> {
         };
         let object = &self.scene.objects()[hit.shape as usize];
         let surface = object.shape.surface(ray, &hit);
-        Some(Vertex {
-            object,
-            hit,
-            surface,
-            bsdf: self.scene.bsdfs()[object.bsdf].as_ref(),
-        })
+        Some(Vertex { object, hit, surface, bsdf: self.scene.bsdfs()[object.bsdf].as_ref() })
     }
 
     /// The first vertex of a path from the camera, and 1 if `ray` met something that is part of the
@@ -146,10 +137,7 @@ impl<'a> Tracer<'a> {
         vertex: Option<&Vertex<'a>>,
     ) -> Option<(usize, &'a dyn Emitter)> {
         match vertex {
-            Some(vertex) => vertex
-                .object
-                .emitter
-                .map(|i| (i, self.scene.emitters()[i].as_ref())),
+            Some(vertex) => vertex.object.emitter.map(|i| (i, self.scene.emitters()[i].as_ref())),
             None => self.scene.environment(),
         }
     }
@@ -157,21 +145,16 @@ impl<'a> Tracer<'a> {
     /// Radiance of the emitter at the end of `ray`, which met `vertex` or left the scene.
     #[must_use]
     pub fn emitted(&self, ray: &Ray, vertex: Option<&Vertex<'a>>) -> Rgb {
-        self.emitter_in_sight(vertex)
-            .map_or(Rgb::ZERO, |(_, emitter)| {
-                emitter.radiance(&sight(ray.origin, ray.direction, vertex))
-            })
+        self.emitter_in_sight(vertex).map_or(Rgb::ZERO, |(_, emitter)| {
+            emitter.radiance(&sight(ray.origin, ray.direction, vertex))
+        })
     }
 }
 
 /// The line of sight from `from` to `vertex`, or out of the scene.
 pub(super) fn sight<'v>(from: Vec3, direction: Vec3, vertex: Option<&'v Vertex<'_>>) -> Sight<'v> {
     let surface = vertex.map(|v| (v.hit.primitive as usize, &v.surface));
-    Sight {
-        from,
-        direction,
-        surface,
-    }
+    Sight { from, direction, surface }
 }
 
 /// A vertex as its material sees it: a frame around the shading normal, and the rule that the geometric
@@ -213,8 +196,7 @@ impl<'a> Shading<'a> {
     ) -> Option<(Vec3, Rgb)> {
         let sample = directions.sample(self.bsdf, self.wi, sampler.next_2d())?;
         let direction = self.to_world(sample.wo);
-        self.sides_agree(sample.wo, direction)
-            .then_some((direction, sample.weight))
+        self.sides_agree(sample.wo, direction).then_some((direction, sample.weight))
     }
 
     pub(super) fn to_local(&self, direction: Vec3) -> Vec3 {
@@ -237,10 +219,6 @@ impl<'a> Shading<'a> {
 
     /// f·|cosθ| towards a world direction; 0 where the normals disagree about the side.
     pub(super) fn eval(&self, wo: Vec3, wo_world: Vec3) -> Rgb {
-        if self.sides_agree(wo, wo_world) {
-            self.bsdf.eval(self.wi, wo)
-        } else {
-            Rgb::ZERO
-        }
+        if self.sides_agree(wo, wo_world) { self.bsdf.eval(self.wi, wo) } else { Rgb::ZERO }
     }
 }

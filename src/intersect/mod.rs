@@ -93,18 +93,13 @@ impl FromStr for Backend {
 
     fn from_str(name: &str) -> Result<Self, UnknownBackend> {
         let found = Self::AVAILABLE.iter().find(|b| b.name() == name);
-        found.copied().ok_or_else(|| UnknownBackend {
-            name: name.to_owned(),
-        })
+        found.copied().ok_or_else(|| UnknownBackend { name: name.to_owned() })
     }
 }
 
 /// A name that no engine of this build has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "no backend `{name}` in this build (expected one of: {})",
-    available_names()
-)]
+#[error("no backend `{name}` in this build (expected one of: {})", available_names())]
 pub struct UnknownBackend {
     name: String,
 }

@@ -14,11 +14,7 @@ pub(super) struct Triangle {
 
 impl Triangle {
     pub(super) fn new([a, b, c]: [Vec3; 3]) -> Self {
-        Self {
-            vertex: a,
-            edge_1: b - a,
-            edge_2: c - a,
-        }
+        Self { vertex: a, edge_1: b - a, edge_2: c - a }
     }
 
     /// Distance and the barycentric weights of the second and third vertex, `(t, u, v)`, of a hit on
@@ -70,9 +66,7 @@ mod tests {
             let s = 10f32.powi(exponent);
             let triangle = Triangle::new(UNIT.map(|p| p * s));
             let ray = Ray::new(Vec3::new(0.25, 0.25, -1.0) * s, Vec3::Z);
-            let (t, ..) = triangle
-                .intersect(&ray)
-                .unwrap_or_else(|| panic!("missed at {s}"));
+            let (t, ..) = triangle.intersect(&ray).unwrap_or_else(|| panic!("missed at {s}"));
             assert!((t / s - 1.0).abs() < 2e-7, "{s}: {t}");
         }
     }
@@ -82,14 +76,7 @@ mod tests {
         let ray = Ray::new(Vec3::new(0.25, 0.25, -1.0), Vec3::Z);
         let triangle = Triangle::new(UNIT);
         assert!(triangle.intersect(&ray.until(0.999)).is_none());
-        assert!(
-            triangle
-                .intersect(&Ray {
-                    t_min: 1.001,
-                    ..ray
-                })
-                .is_none()
-        );
+        assert!(triangle.intersect(&Ray { t_min: 1.001, ..ray }).is_none());
         assert!(triangle.intersect(&ray.until(1.001)).is_some());
     }
 }

@@ -71,13 +71,7 @@ mod tests {
 
     #[test]
     fn rejects_what_is_no_distribution() {
-        for weights in [
-            &[][..],
-            &[0.0, 0.0],
-            &[1.0, -1e-9],
-            &[f64::NAN],
-            &[f64::INFINITY],
-        ] {
+        for weights in [&[][..], &[0.0, 0.0], &[1.0, -1e-9], &[f64::NAN], &[f64::INFINITY]] {
             assert!(Discrete::new(weights).is_none(), "{weights:?}");
         }
     }

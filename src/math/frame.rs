@@ -50,21 +50,13 @@ mod tests {
     /// Duff et al. measure 1.5e-7 as the largest deviation of their basis in f32.
     #[test]
     fn stays_orthonormal_near_the_pole() {
-        let mut normals = vec![
-            Vec3::new(1.0, 0.0, 0.0),
-            Vec3::new(1.0, 0.0, -0.0),
-            Vec3::NEG_Z,
-        ];
+        let mut normals = vec![Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, -0.0), Vec3::NEG_Z];
         for i in 0..20_000 {
             let theta = 10f64.powf(-8.0 + 8.0 * f64::from(i) / 20_000.0);
             let phi = f64::from(i) * 2.399_963;
             normals.push(
-                glam::DVec3::new(
-                    theta.sin() * phi.cos(),
-                    theta.sin() * phi.sin(),
-                    -theta.cos(),
-                )
-                .as_vec3(),
+                glam::DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), -theta.cos())
+                    .as_vec3(),
             );
         }
         for n in normals {

@@ -28,11 +28,7 @@ pub fn square_to_uniform_disk(u: Vec2) -> Vec2 {
 /// Density of [`square_to_uniform_disk`] per unit area.
 #[must_use]
 pub fn square_to_uniform_disk_pdf(p: Vec2) -> f32 {
-    if p.length_squared() <= 1.0 {
-        FRAC_1_PI
-    } else {
-        0.0
-    }
+    if p.length_squared() <= 1.0 { FRAC_1_PI } else { 0.0 }
 }
 
 /// Inverse of [`square_to_uniform_disk`].
@@ -153,21 +149,13 @@ pub fn square_to_uniform_triangle(u: Vec2) -> Vec2 {
 /// area it is the density per unit area.
 #[must_use]
 pub fn square_to_uniform_triangle_pdf(b: Vec2) -> f32 {
-    if b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0 {
-        2.0
-    } else {
-        0.0
-    }
+    if b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0 { 2.0 } else { 0.0 }
 }
 
 /// Inverse of [`square_to_uniform_triangle`].
 #[must_use]
 pub fn uniform_triangle_to_square(b: Vec2) -> Vec2 {
-    if b.y > b.x {
-        Vec2::new(2.0 * b.x, b.y + b.x)
-    } else {
-        Vec2::new(b.x + b.y, 2.0 * b.y)
-    }
+    if b.y > b.x { Vec2::new(2.0 * b.x, b.y + b.x) } else { Vec2::new(b.x + b.y, 2.0 * b.y) }
 }
 
 fn with_azimuth(r: f32, z: f32, turn: f32) -> Vec3 {

@@ -39,9 +39,7 @@ impl Sampler for Independent {
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 fn bits(path: PathKey, dimension: u32) -> u64 {
-    mix(path
-        .0
-        .wrapping_add(GOLDEN.wrapping_mul(u64::from(dimension) + 1)))
+    mix(path.0.wrapping_add(GOLDEN.wrapping_mul(u64::from(dimension) + 1)))
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood 2014; constants of Stafford's variant 13).

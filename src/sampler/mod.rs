@@ -42,11 +42,7 @@ impl<'a> PathSampler<'a> {
     /// The numbers of sample `sample` of pixel `pixel` (its index in the whole film, row by row).
     #[must_use]
     pub fn new(sampler: &'a dyn Sampler, pixel: u32, sample: u32) -> Self {
-        Self {
-            sampler,
-            key: sampler.path(pixel, sample),
-            dimension: 0,
-        }
+        Self { sampler, key: sampler.path(pixel, sample), dimension: 0 }
     }
 
     /// The next number, in `[0, 1)`.

@@ -78,12 +78,9 @@ impl Scene {
         environment: Option<usize>,
     ) -> Result<Self, SceneError> {
         let check = |object: &str, part, index: Option<usize>, count| match index {
-            Some(index) if index >= count => Err(SceneError::NoSuchPart {
-                object: object.to_owned(),
-                part,
-                index,
-                count,
-            }),
+            Some(index) if index >= count => {
+                Err(SceneError::NoSuchPart { object: object.to_owned(), part, index, count })
+            }
             _ => Ok(()),
         };
         for o in &objects {
@@ -91,17 +88,9 @@ impl Scene {
             check(&o.name, "emitter", o.emitter, emitters.len())?;
         }
         check("environment", "emitter", environment, emitters.len())?;
-        let bounds = objects
-            .iter()
-            .fold(Aabb::EMPTY, |b, o| b.union(o.shape.bounds()));
+        let bounds = objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.shape.bounds()));
         let bounds = (!bounds.is_empty()).then_some(bounds);
-        Ok(Self {
-            objects,
-            bsdfs,
-            emitters,
-            environment,
-            bounds,
-        })
+        Ok(Self { objects, bsdfs, emitters, environment, bounds })
     }
 
     /// The shapes, in the order in which engines number them.
@@ -137,8 +126,7 @@ impl Scene {
     /// Radiance that arrives along a ray that leaves the scene.
     #[must_use]
     pub fn environment_radiance(&self, sight: &Sight<'_>) -> Rgb {
-        self.environment()
-            .map_or(Rgb::ZERO, |(_, e)| e.radiance(sight))
+        self.environment().map_or(Rgb::ZERO, |(_, e)| e.radiance(sight))
     }
 
     /// The box around all shapes; `None` if there are none.
@@ -150,8 +138,6 @@ impl Scene {
     /// Radius of a sphere around all shapes, in scene units; 1 for an empty scene.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        self.bounds
-            .and_then(|b| b.bounding_sphere())
-            .map_or(1.0, |(_, r)| f64::from(r))
+        self.bounds.and_then(|b| b.bounding_sphere()).map_or(1.0, |(_, r)| f64::from(r))
     }
 }

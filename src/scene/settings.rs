@@ -198,11 +198,7 @@ pub enum RoulettePolicy {
 impl Default for Roulette {
     /// Mitsuba's default depth, and the lecture's clamp.
     fn default() -> Self {
-        Self {
-            policy: RoulettePolicy::Throughput,
-            min_depth: 5,
-            max_survival: 0.99,
-        }
+        Self { policy: RoulettePolicy::Throughput, min_depth: 5, max_survival: 0.99 }
     }
 }
 

@@ -78,10 +78,7 @@ impl Analytic for Disk {
         // a margin for the rounding of these sums.
         let reach = Vec3::from((x * x + y * y).to_array().map(f32::sqrt))
             + (center.abs() + Vec3::from(x.abs() + y.abs())) * (4.0 * f32::EPSILON);
-        Aabb {
-            min: center - reach,
-            max: center + reach,
-        }
+        Aabb { min: center - reach, max: center + reach }
     }
 }
 
@@ -101,10 +98,7 @@ impl Shape for Disk {
     /// Polar, as Mitsuba has it: u is the radius, v the angle in turns.
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
         let turn = hit.v.atan2(hit.u) / std::f32::consts::TAU;
-        Vec2::new(
-            Vec2::new(hit.u, hit.v).length(),
-            if turn < 0.0 { turn + 1.0 } else { turn },
-        )
+        Vec2::new(Vec2::new(hit.u, hit.v).length(), if turn < 0.0 { turn + 1.0 } else { turn })
     }
 
     fn primitive_count(&self) -> usize {

@@ -80,25 +80,14 @@ impl TriangleMesh {
                 return Err(MeshError::TooLarge { what, count });
             }
         }
-        for (attribute, count) in [
-            ("normals", normals.len()),
-            ("texture coordinates", uvs.len()),
-        ] {
+        for (attribute, count) in [("normals", normals.len()), ("texture coordinates", uvs.len())] {
             if count != 0 && count != vertices {
-                return Err(MeshError::AttributeCount {
-                    attribute,
-                    count,
-                    vertices,
-                });
+                return Err(MeshError::AttributeCount { attribute, count, vertices });
             }
         }
         for (triangle, indices) in triangles.iter().enumerate() {
             if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= vertices) {
-                return Err(MeshError::IndexOutOfRange {
-                    triangle,
-                    vertex,
-                    vertices,
-                });
+                return Err(MeshError::IndexOutOfRange { triangle, vertex, vertices });
             }
         }
         let mut dropped = Dropped::default();
@@ -115,24 +104,13 @@ impl TriangleMesh {
                 return false;
             }
             // In f64, where the products of the smallest f32 differences do not underflow.
-            let (a, b, c) = (
-                Vec3::from(a).as_dvec3(),
-                Vec3::from(b).as_dvec3(),
-                Vec3::from(c).as_dvec3(),
-            );
+            let (a, b, c) =
+                (Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3());
             let degenerate = (b - a).cross(c - a) == glam::DVec3::ZERO;
             dropped.degenerate += usize::from(degenerate);
             !degenerate
         });
-        Ok((
-            Self {
-                positions,
-                triangles,
-                normals,
-                uvs,
-            },
-            dropped,
-        ))
+        Ok((Self { positions, triangles, normals, uvs }, dropped))
     }
 
     /// Vertices in world space.
@@ -184,30 +162,19 @@ impl TriangleMesh {
         }
         let extent = p0.abs().max(p1.abs()).max(p2.abs());
         let offset = error_offset(geometric_normal, extent);
-        SurfacePoint {
-            position,
-            geometric_normal,
-            shading_normal,
-            offset,
-        }
+        SurfacePoint { position, geometric_normal, shading_normal, offset }
     }
 }
 
 impl Shape for TriangleMesh {
     fn geometry(&self) -> Geometry<'_> {
-        Geometry::Triangles {
-            positions: &self.positions,
-            triangles: &self.triangles,
-        }
+        Geometry::Triangles { positions: &self.positions, triangles: &self.triangles }
     }
 
     fn bounds(&self) -> Aabb {
         // Only the vertices in use: the others may not even be finite.
         Aabb::around(
-            self.triangles
-                .iter()
-                .flatten()
-                .map(|&i| Vec3::from(self.positions[i as usize])),
+            self.triangles.iter().flatten().map(|&i| Vec3::from(self.positions[i as usize])),
         )
     }
 

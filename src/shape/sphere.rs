@@ -26,12 +26,7 @@ impl Sphere {
     /// `axes`, u = 0 on its s. `flip_normals` turns the normals inwards.
     #[must_use]
     pub fn new(center: Vec3, radius: f32, axes: Frame, flip_normals: bool) -> Self {
-        Self {
-            center,
-            radius,
-            axes,
-            side: if flip_normals { -1.0 } else { 1.0 },
-        }
+        Self { center, radius, axes, side: if flip_normals { -1.0 } else { 1.0 } }
     }
 
     fn surface_at(&self, outward: Vec3) -> SurfacePoint {
@@ -77,10 +72,7 @@ impl Analytic for Sphere {
     fn bounds(&self) -> Aabb {
         // One more ulp of the sum on each side: the box must hold the sphere after rounding.
         let reach = Vec3::splat(self.radius) + (self.center.abs() + self.radius) * f32::EPSILON;
-        Aabb {
-            min: self.center - reach,
-            max: self.center + reach,
-        }
+        Aabb { min: self.center - reach, max: self.center + reach }
     }
 }
 
@@ -100,9 +92,7 @@ impl Shape for Sphere {
     }
 
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
-        let local = self
-            .axes
-            .to_local(self.surface(ray, hit).geometric_normal * self.side);
+        let local = self.axes.to_local(self.surface(ray, hit).geometric_normal * self.side);
         let turn = local.y.atan2(local.x) / std::f32::consts::TAU;
         Vec2::new(
             if turn < 0.0 { turn + 1.0 } else { turn },

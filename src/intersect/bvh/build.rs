@@ -35,15 +35,8 @@ impl Reference {
 
 /// A tree with its own nodes, before they are laid out in one array.
 enum Tree {
-    Leaf {
-        bounds: Aabb,
-        first: u32,
-        count: u32,
-    },
-    Inner {
-        bounds: Aabb,
-        children: Box<[Tree; 2]>,
-    },
+    Leaf { bounds: Aabb, first: u32, count: u32 },
+    Inner { bounds: Aabb, children: Box<[Tree; 2]> },
 }
 
 impl Tree {
@@ -57,11 +50,8 @@ impl Tree {
 /// The nodes, root first and siblings side by side, and the primitives' indices in the order in which
 /// leaves refer to them.
 pub(super) fn build(bounds: &[Aabb]) -> (Vec<Node>, Vec<u32>) {
-    let mut references: Vec<Reference> = bounds
-        .iter()
-        .zip(0..)
-        .map(|(&bounds, index)| Reference { bounds, index })
-        .collect();
+    let mut references: Vec<Reference> =
+        bounds.iter().zip(0..).map(|(&bounds, index)| Reference { bounds, index }).collect();
     if references.is_empty() {
         return (Vec::new(), Vec::new());
     }
@@ -73,11 +63,7 @@ pub(super) fn build(bounds: &[Aabb]) -> (Vec<Node>, Vec<u32>) {
 
 fn subtree(references: &mut [Reference], first: u32, depth: usize) -> Tree {
     let bounds = union(references);
-    let leaf = Tree::Leaf {
-        bounds,
-        first,
-        count: references.len() as u32,
-    };
+    let leaf = Tree::Leaf { bounds, first, count: references.len() as u32 };
     if references.len() == 1 {
         return leaf;
     }
@@ -100,16 +86,11 @@ fn subtree(references: &mut [Reference], first: u32, depth: usize) -> Tree {
     } else {
         (build_left(left), build_right(right))
     };
-    Tree::Inner {
-        bounds,
-        children: Box::new([a, b]),
-    }
+    Tree::Inner { bounds, children: Box::new([a, b]) }
 }
 
 fn union(references: &[Reference]) -> Aabb {
-    references
-        .iter()
-        .fold(Aabb::EMPTY, |b, r| b.union(r.bounds))
+    references.iter().fold(Aabb::EMPTY, |b, r| b.union(r.bounds))
 }
 
 /// A plane between bins: references whose bin is below `bin` go left.
@@ -135,10 +116,7 @@ impl Binning {
             let scale = BINS as f32 / e;
             if scale.is_finite() { scale } else { 0.0 }
         });
-        Self {
-            min: centers.min,
-            scale,
-        }
+        Self { min: centers.min, scale }
     }
 
     fn bins(&self, reference: &Reference) -> [usize; 3] {
@@ -158,10 +136,7 @@ struct Bin {
 /// tests for a ray that meets `bounds`.
 fn best_split(references: &[Reference], bounds: &Aabb) -> Option<Split> {
     let binning = Binning::new(&Aabb::around(references.iter().map(Reference::center)));
-    let mut bins = [[Bin {
-        bounds: Aabb::EMPTY,
-        count: 0,
-    }; BINS]; 3];
+    let mut bins = [[Bin { bounds: Aabb::EMPTY, count: 0 }; BINS]; 3];
     for reference in references {
         for (axis, bin) in binning.bins(reference).into_iter().enumerate() {
             let bin = &mut bins[axis][bin];
@@ -172,10 +147,7 @@ fn best_split(references: &[Reference], bounds: &Aabb) -> Option<Split> {
     let mut best: Option<Split> = None;
     for (axis, bins) in bins.iter().enumerate() {
         let right_costs = right_costs(bins);
-        let mut left = Bin {
-            bounds: Aabb::EMPTY,
-            count: 0,
-        };
+        let mut left = Bin { bounds: Aabb::EMPTY, count: 0 };
         for bin in 1..BINS {
             left.bounds = left.bounds.union(bins[bin - 1].bounds);
             left.count += bins[bin - 1].count;
@@ -185,12 +157,7 @@ fn best_split(references: &[Reference], bounds: &Aabb) -> Option<Split> {
             let tests = left.count as f32 * half_area(&left.bounds) + right_costs[bin];
             let cost = NODE_COST + tests / half_area(bounds).max(f32::MIN_POSITIVE);
             if best.as_ref().is_none_or(|b| cost < b.cost) {
-                best = Some(Split {
-                    axis,
-                    bin,
-                    binning,
-                    cost,
-                });
+                best = Some(Split { axis, bin, binning, cost });
             }
         }
     }
@@ -200,18 +167,11 @@ fn best_split(references: &[Reference], bounds: &Aabb) -> Option<Split> {
 /// For each bin the area times count of it and all above it.
 fn right_costs(bins: &[Bin; BINS]) -> [f32; BINS] {
     let mut costs = [0.0; BINS];
-    let mut right = Bin {
-        bounds: Aabb::EMPTY,
-        count: 0,
-    };
+    let mut right = Bin { bounds: Aabb::EMPTY, count: 0 };
     for (bin, cost) in bins.iter().zip(&mut costs).rev() {
         right.bounds = right.bounds.union(bin.bounds);
         right.count += bin.count;
-        *cost = if right.count == 0 {
-            0.0
-        } else {
-            right.count as f32 * half_area(&right.bounds)
-        };
+        *cost = if right.count == 0 { 0.0 } else { right.count as f32 * half_area(&right.bounds) };
     }
     costs
 }
@@ -240,12 +200,7 @@ fn node(tree: &Tree) -> Node {
         // Filled in when the children have their place.
         Tree::Inner { .. } => (0, 0),
     };
-    Node {
-        min: min.to_array(),
-        first,
-        max: max.to_array(),
-        count,
-    }
+    Node { min: min.to_array(), first, max: max.to_array(), count }
 }
 
 /// Appends the descendants of `tree`, whose own node is at `place`. Recursion is no deeper than the tree.

@@ -37,14 +37,8 @@ struct Node {
 
 #[derive(Clone, Copy, Debug)]
 enum Primitive {
-    Triangle {
-        triangle: Triangle,
-        shape: u32,
-        primitive: u32,
-    },
-    Analytic {
-        shape: u32,
-    },
+    Triangle { triangle: Triangle, shape: u32, primitive: u32 },
+    Analytic { shape: u32 },
 }
 
 /// What a traversal needs of a ray: computed once.
@@ -59,10 +53,7 @@ impl Slabs {
         // largest number in their place gives 0, which counts as inside.
         let limit = Vec3A::splat(f32::MAX);
         let inverse_direction = Vec3A::from(ray.direction).recip().clamp(-limit, limit);
-        Self {
-            origin: ray.origin.into(),
-            inverse_direction,
-        }
+        Self { origin: ray.origin.into(), inverse_direction }
     }
 
     /// Where the ray enters the box, if it does so within `[t_min, t_max]`.
@@ -87,10 +78,7 @@ impl Bvh {
         for (index, shape) in shapes.iter().enumerate() {
             let index = index as u32;
             match shape.geometry() {
-                Geometry::Triangles {
-                    positions,
-                    triangles,
-                } => {
+                Geometry::Triangles { positions, triangles } => {
                     for (primitive, corners) in triangles.iter().enumerate() {
                         let corners = corners.map(|i| positions[i as usize].into());
                         bounds.push(Aabb::around(corners));
@@ -109,11 +97,7 @@ impl Bvh {
         }
         let (nodes, order) = build::build(&bounds);
         let primitives = order.iter().map(|&i| primitives[i as usize]).collect();
-        Self {
-            nodes,
-            primitives,
-            shapes: shapes.to_vec(),
-        }
+        Self { nodes, primitives, shapes: shapes.to_vec() }
     }
 
     fn analytic(&self, shape: u32) -> &dyn Analytic {
@@ -125,26 +109,13 @@ impl Bvh {
 
     fn intersect(&self, primitive: &Primitive, ray: &Ray) -> Option<Hit> {
         match *primitive {
-            Primitive::Triangle {
-                triangle,
-                shape,
-                primitive,
-            } => triangle.intersect(ray).map(|(t, u, v)| Hit {
-                t,
-                u,
-                v,
-                shape,
-                primitive,
-            }),
-            Primitive::Analytic { shape } => {
-                self.analytic(shape).intersect(ray).map(|(t, u, v)| Hit {
-                    t,
-                    u,
-                    v,
-                    shape,
-                    primitive: 0,
-                })
+            Primitive::Triangle { triangle, shape, primitive } => {
+                triangle.intersect(ray).map(|(t, u, v)| Hit { t, u, v, shape, primitive })
             }
+            Primitive::Analytic { shape } => self
+                .analytic(shape)
+                .intersect(ray)
+                .map(|(t, u, v)| Hit { t, u, v, shape, primitive: 0 }),
         }
     }
 
@@ -165,18 +136,13 @@ impl Bvh {
             let node = &self.nodes[current as usize];
             if node.count > 0 {
                 let first = node.first as usize;
-                if !visit(
-                    &self.primitives[first..first + node.count as usize],
-                    &mut ray,
-                ) {
+                if !visit(&self.primitives[first..first + node.count as usize], &mut ray) {
                     return;
                 }
             } else {
                 let enter = |child: u32| {
                     let child_node = &self.nodes[child as usize];
-                    slabs
-                        .enter(child_node, ray.t_min, ray.t_max)
-                        .map(|t| (child, t))
+                    slabs.enter(child_node, ray.t_min, ray.t_max).map(|t| (child, t))
                 };
                 match (enter(node.first), enter(node.first + 1)) {
                     (Some(a), Some(b)) => {

@@ -15,18 +15,9 @@ fn header_and_library_are_of_one_version() {
     let device = device(c"");
     for (property, expected) in [
         (RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION, RTC_VERSION),
-        (
-            RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MAJOR,
-            RTC_VERSION_MAJOR,
-        ),
-        (
-            RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MINOR,
-            RTC_VERSION_MINOR,
-        ),
-        (
-            RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_PATCH,
-            RTC_VERSION_PATCH,
-        ),
+        (RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MAJOR, RTC_VERSION_MAJOR),
+        (RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MINOR, RTC_VERSION_MINOR),
+        (RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_PATCH, RTC_VERSION_PATCH),
         // What the crate's documentation says about masks.
         (RTCDeviceProperty::RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED, 1),
     ] {
@@ -80,11 +71,7 @@ fn a_configuration_that_does_not_parse_makes_no_device() {
     // SAFETY: a C string that stays until the next error on this thread.
     let message = unsafe { CStr::from_ptr(message) }.to_string_lossy();
     // Embree 3 keeps no text for a device that does not exist.
-    let expected = if RTC_VERSION_MAJOR == 3 {
-        "unknown error"
-    } else {
-        "integer expected"
-    };
+    let expected = if RTC_VERSION_MAJOR == 3 { "unknown error" } else { "integer expected" };
     assert!(message.contains(expected), "{message}");
 }
 
@@ -94,12 +81,8 @@ fn a_configuration_that_cannot_be_met_fails_with_embrees_message() {
         // SAFETY: `log` is the mutex that was registered together with this function.
         let log = unsafe { &*log.cast::<Mutex<Vec<(RTCError, String)>>>() };
         // SAFETY: Embree passes a C string that lives during the call.
-        let message = unsafe { CStr::from_ptr(message) }
-            .to_string_lossy()
-            .into_owned();
-        log.lock()
-            .expect("no thread panics while it holds this")
-            .push((code, message));
+        let message = unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned();
+        log.lock().expect("no thread panics while it holds this").push((code, message));
     }
     // Outlives the device, which is dropped with the scene at the end of the block.
     let log: Mutex<Vec<(RTCError, String)>> = Mutex::default();
@@ -135,10 +118,7 @@ fn the_memory_monitor_counts_up_and_back_to_zero() {
         );
     };
     let scene = triangle(device);
-    assert!(
-        total.load(Ordering::Relaxed) >= 48,
-        "vertices and indices alone take 48 bytes"
-    );
+    assert!(total.load(Ordering::Relaxed) >= 48, "vertices and indices alone take 48 bytes");
     drop(scene);
     assert_eq!(total.load(Ordering::Relaxed), 0);
 }

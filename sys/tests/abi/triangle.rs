@@ -9,18 +9,12 @@ fn one_triangle_is_hit_and_missed() {
     let scene = triangle(device(c""));
 
     let RTCRayHit { ray, hit } = scene.intersect1(ray_at(0.25, 0.5));
-    assert_eq!(
-        (hit.geomID, hit.primID, hit.instID[0]),
-        (0, 0, RTC_INVALID_GEOMETRY_ID)
-    );
+    assert_eq!((hit.geomID, hit.primID, hit.instID[0]), (0, 0, RTC_INVALID_GEOMETRY_ID));
     assert_eq!((ray.tfar, hit.u, hit.v), (2.0, 0.25, 0.5));
     assert_eq!((hit.Ng_x, hit.Ng_y, hit.Ng_z.abs()), (0.0, 0.0, 1.0));
     assert!(scene.occluded1(ray_at(0.25, 0.5)));
 
-    assert_eq!(
-        scene.intersect1(ray_at(0.75, 0.75)).hit.geomID,
-        RTC_INVALID_GEOMETRY_ID
-    );
+    assert_eq!(scene.intersect1(ray_at(0.75, 0.75)).hit.geomID, RTC_INVALID_GEOMETRY_ID);
     assert!(!scene.occluded1(ray_at(0.75, 0.75)));
 }
 
@@ -37,18 +31,9 @@ fn packets_answer_as_single_rays_do_on_the_lanes_asked_for() {
             assert_eq!(packet.hit.geomID[lane] == 0, hit, "lane {lane}");
             assert_eq!(shadows[lane], hit, "lane {lane}");
             if hit {
-                assert!(
-                    (packet.ray.tfar[lane] - single.ray.tfar).abs() < 1e-6,
-                    "lane {lane}"
-                );
-                assert!(
-                    (packet.hit.u[lane] - single.hit.u).abs() < 1e-6,
-                    "lane {lane}"
-                );
-                assert!(
-                    (packet.hit.v[lane] - single.hit.v).abs() < 1e-6,
-                    "lane {lane}"
-                );
+                assert!((packet.ray.tfar[lane] - single.ray.tfar).abs() < 1e-6, "lane {lane}");
+                assert!((packet.hit.u[lane] - single.hit.u).abs() < 1e-6, "lane {lane}");
+                assert!((packet.hit.v[lane] - single.hit.v).abs() < 1e-6, "lane {lane}");
             }
         }
     }

@@ -14,9 +14,7 @@ fn nearest(radius: f32, primitive: u32, ray: &ShimRay) -> Option<f32> {
     let b = x * dx + y * dy + z * dz;
     let c = x * x + y * y + z * z - radius * radius;
     let root = (b * b - a * c).sqrt(); // NaN for a miss, which no range contains
-    [(-b - root) / a, (-b + root) / a]
-        .into_iter()
-        .find(|t| (ray.t_min..=ray.t_max).contains(t))
+    [(-b - root) / a, (-b + root) / a].into_iter().find(|t| (ray.t_min..=ray.t_max).contains(t))
 }
 
 unsafe extern "C" fn bounds(user: *const c_void, primitive: u32, _: u32, out: *mut RTCBounds) {
@@ -92,31 +90,19 @@ fn user_geometry_is_traced_one_ray_at_a_time() {
     let scene = two_spheres(device(c""));
 
     let RTCRayHit { ray, hit } = scene.intersect1(ray_at(4.0, 0.0));
-    assert_eq!(
-        (hit.geomID, hit.primID, hit.instID[0]),
-        (0, 1, RTC_INVALID_GEOMETRY_ID)
-    );
+    assert_eq!((hit.geomID, hit.primID, hit.instID[0]), (0, 1, RTC_INVALID_GEOMETRY_ID));
     assert_eq!((ray.tfar, hit.u, hit.v), (1.0, 0.25, 0.75));
     assert_eq!((hit.Ng_x, hit.Ng_y, hit.Ng_z), (0.0, 0.0, -1.0));
     assert!(scene.occluded1(ray_at(4.0, 0.0)));
 
     // From inside the first sphere, and up to just before its far side.
-    let inside = RTCRay {
-        tnear: 2.0,
-        ..ray_at(0.0, 0.0)
-    };
+    let inside = RTCRay { tnear: 2.0, ..ray_at(0.0, 0.0) };
     assert_eq!(scene.intersect1(inside).ray.tfar, 3.0);
-    let short = RTCRay {
-        tfar: 2.5,
-        ..inside
-    };
+    let short = RTCRay { tfar: 2.5, ..inside };
     assert_eq!(scene.intersect1(short).hit.geomID, RTC_INVALID_GEOMETRY_ID);
     assert!(!scene.occluded1(short));
 
-    assert_eq!(
-        scene.intersect1(ray_at(2.0, 0.0)).hit.geomID,
-        RTC_INVALID_GEOMETRY_ID
-    );
+    assert_eq!(scene.intersect1(ray_at(2.0, 0.0)).hit.geomID, RTC_INVALID_GEOMETRY_ID);
     assert!(!scene.occluded1(ray_at(2.0, 0.0)));
 }
 
@@ -161,19 +147,10 @@ fn user_geometry_knows_the_instance_that_it_is_hit_in() {
     unsafe { rtcRetainDevice(inner.device) };
     let outer = Scene::new(inner.device, instance);
 
-    let RTCRayHit { ray, hit } = outer.intersect1(RTCRay {
-        org_z: -5.0,
-        ..ray_at(8.0, 0.0)
-    });
+    let RTCRayHit { ray, hit } = outer.intersect1(RTCRay { org_z: -5.0, ..ray_at(8.0, 0.0) });
     assert_eq!((hit.geomID, hit.primID, hit.instID[0]), (0, 1, 0));
     assert_eq!(ray.tfar, 3.0);
-    assert!(outer.occluded1(RTCRay {
-        org_z: -5.0,
-        ..ray_at(8.0, 0.0)
-    }));
+    assert!(outer.occluded1(RTCRay { org_z: -5.0, ..ray_at(8.0, 0.0) }));
     let packet = outer.intersect8(&SOME, rays_at([9.5; 8]), true);
-    assert_eq!(
-        packet.hit.instID[0],
-        SOME.map(|lane| if lane == -1 { 0 } else { u32::MAX })
-    );
+    assert_eq!(packet.hit.instID[0], SOME.map(|lane| if lane == -1 { 0 } else { u32::MAX }));
 }
