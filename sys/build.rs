@@ -24,7 +24,7 @@ struct Embree {
 }
 
 fn main() {
-    for file in ["wrapper.h", "shim.h", "shim.c"] {
+    for file in ["wrapper.h", "shim.h", "shim.c", "bare.h", "bare.c"] {
         println!("cargo::rerun-if-changed={file}");
     }
     println!("cargo::rerun-if-env-changed=EMBREE_DIR");
@@ -122,7 +122,11 @@ fn generate_bindings(embree: &Embree) -> Result<(), String> {
 }
 
 fn compile_shim(embree: &Embree) -> Result<(), String> {
-    cc::Build::new()
+    let mut build = cc::Build::new();
+    if env::var_os("CARGO_FEATURE_BARE").is_some() {
+        build.file("bare.c");
+    }
+    build
         .file("shim.c")
         .std("gnu11")
         .define("TELAMON_EMBREE_MAJOR", embree.major.to_string().as_str())

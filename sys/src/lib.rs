@@ -46,6 +46,9 @@ mod bindings {
     include!(concat!(env!("OUT_DIR"), "/bindings.rs"));
 }
 
+#[cfg(feature = "bare")]
+pub mod bare;
+
 pub use bindings::*;
 
 /// What an id is if nothing was hit, or if the hit was not inside an instance. (A macro with a cast,
