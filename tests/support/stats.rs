@@ -24,26 +24,23 @@ pub(crate) fn significance_each(checks: usize) -> f64 {
 /// that can have none.
 pub(crate) fn chi_squared(observed: &[u64], expected: &[f64], checks: usize) -> Result<(), String> {
     assert_eq!(observed.len(), expected.len(), "one expected count for each cell");
+    let mut order: Vec<usize> = (0..expected.len()).collect();
+    order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));
     let (mut statistic, mut cells) = (0.0, 0);
-    let (mut pooled_observed, mut pooled_expected) = (0.0, 0.0);
-    let mut add = |o: f64, e: f64| {
-        statistic += (o - e).powi(2) / e;
-        cells += 1;
-    };
-    for (cell, (&o, &e)) in observed.iter().zip(expected).enumerate() {
+    let mut pool = (0.0, 0.0);
+    for cell in order {
+        let (o, e) = (observed[cell], expected[cell]);
         if e <= 0.0 && o > 0 {
-            return Err(format!("cell {cell} has {o} counts where none can be\n{}", table(observed, expected)));
+            let table = table(observed, expected);
+            return Err(format!("cell {cell} has {o} counts where none can be\n{table}"));
         }
-        if e >= LEAST_EXPECTED {
-            add(o as f64, e);
-        } else {
-            pooled_observed += o as f64;
-            pooled_expected += e;
+        // From the smallest up, so that no pool is left over for want of another cell.
+        pool = (pool.0 + o as f64, pool.1 + e);
+        if pool.1 >= LEAST_EXPECTED {
+            statistic += (pool.0 - pool.1).powi(2) / pool.1;
+            cells += 1;
+            pool = (0.0, 0.0);
         }
-    }
-    // A pool that is still too small says nothing; its counts are then missing from the others.
-    if pooled_expected >= LEAST_EXPECTED {
-        add(pooled_observed, pooled_expected);
     }
     if cells < 2 {
         return Err(format!("{cells} cells with enough counts: nothing to test"));
