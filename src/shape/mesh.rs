@@ -200,7 +200,7 @@ impl Shape for TriangleMesh {
         area_sample_toward(self.primitive_area(primitive), from, point)
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.primitive_area(primitive), from, point)
     }
 

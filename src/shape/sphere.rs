@@ -128,14 +128,13 @@ impl Shape for Sphere {
             point: self.surface_at(outward),
             direction,
             distance: t as f32,
-            inverse_pdf: std::f32::consts::TAU * cone.one_minus_cos,
-            pdf: warp::square_to_uniform_cone_pdf(cone.one_minus_cos),
+            pdf: cone.pdf(),
         })
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
         match self.cone_from(from) {
-            Some(cone) => warp::square_to_uniform_cone_pdf(cone.one_minus_cos),
+            Some(cone) => cone.pdf(),
             None => area_pdf_toward(self.primitive_area(primitive), from, point),
         }
     }
@@ -150,6 +149,13 @@ struct Cone {
     axis: Vec3,
     one_minus_cos: f32,
     distance: f64,
+}
+
+impl Cone {
+    /// Density of directions uniform in the cone, in sr⁻¹.
+    fn pdf(&self) -> f64 {
+        f64::from(warp::square_to_uniform_cone_pdf(self.one_minus_cos))
+    }
 }
 
 impl Sphere {
