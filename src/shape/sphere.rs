@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::{Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward};
 use crate::math::{Aabb, Frame, warp};
@@ -116,14 +116,20 @@ impl Shape for Sphere {
         let frame = Frame::from_normal(cone.axis);
         let local = warp::square_to_uniform_cone(u, cone.one_minus_cos);
         let direction = frame.to_world(local).normalize();
-        // The angle at the centre between the axis and the point that the direction meets first:
-        // the law of sines, in sines only, so that it holds for the smallest cones.
+        // The near root along that direction, and the point it leads to, relative to the centre and in
+        // the cone's frame. Not by way of `direction`: rounding it to f32 moves the end by more than
+        // the radius of a distant sphere.
         let sin_squared = f64::from(local.x).powi(2) + f64::from(local.y).powi(2);
+        let cos = (1.0 - sin_squared).max(0.0).sqrt();
         let (d, r) = (cone.distance, f64::from(self.radius));
-        let along = d * (1.0 - sin_squared).max(0.0).sqrt();
-        let t = along - (r * r - d * d * sin_squared).max(0.0).sqrt();
-        let on_sphere = from.as_dvec3() + direction.as_dvec3() * t;
-        let outward = (on_sphere - self.center.as_dvec3()).normalize().as_vec3();
+        let half_chord = (r * r - d * d * sin_squared).max(0.0).sqrt();
+        let t = d * cos - half_chord;
+        let from_center = DVec3::new(
+            t * f64::from(local.x),
+            t * f64::from(local.y),
+            -d * sin_squared - cos * half_chord,
+        );
+        let outward = frame.to_world(from_center.normalize().as_vec3()).normalize();
         Some(ShapeSample {
             point: self.surface_at(outward),
             direction,
