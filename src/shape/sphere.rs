@@ -39,10 +39,12 @@ impl Sphere {
     }
 }
 
-impl Analytic for Sphere {
+impl Sphere {
+    /// Distances at which the whole line of `ray` meets the sphere, the smaller first.
+    ///
     /// Solves the quadratic in f64: with f32 the discriminant cancels for a sphere that is small
     /// against its distance (Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
-    fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
+    fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
         let origin = ray.origin.as_dvec3() - self.center.as_dvec3();
         let direction = ray.direction.as_dvec3();
         let radius = f64::from(self.radius);
@@ -57,14 +59,18 @@ impl Analytic for Sphere {
         // The root without cancellation first, the other from the product of both.
         let q = b + root.copysign(b);
         let c = origin.length_squared() - radius * radius;
-        let (mut near, mut far) = (c / q, q / a);
-        if near > far {
-            std::mem::swap(&mut near, &mut far);
-        }
-        [near as f32, far as f32]
-            .into_iter()
-            .find(|&t| t >= ray.t_min && t <= ray.t_max)
-            .map(|t| (t, 0.0, 0.0))
+        let (near, far) = (c / q, q / a);
+        Some(if near > far { [far, near] } else { [near, far] })
+    }
+}
+
+impl Analytic for Sphere {
+    /// The first parameter is 0 where the ray's line enters the sphere, 1 where it leaves.
+    fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
+        let [near, far] = self.roots(ray)?.map(|t| t as f32);
+        let within = |t: f32| t >= ray.t_min && t <= ray.t_max;
+        let hit = [(near, 0.0, 0.0), (far, 1.0, 0.0)];
+        hit.into_iter().find(|&(t, ..)| within(t))
     }
 
     fn bounds(&self) -> Aabb {
@@ -84,8 +90,11 @@ impl Shape for Sphere {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        // Projecting on the sphere removes the error that t has at a distance.
-        let p = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(hit.t);
+        // The distance again, in f64: rounded to f32 it moves the point along the ray by up to
+        // 6e-8 t, which for a distant sphere may be more than its radius.
+        let [near, far] = self.roots(ray).unwrap_or([f64::from(hit.t); 2]);
+        let t = if hit.u < 0.5 { near } else { far };
+        let p = ray.origin.as_dvec3() + ray.direction.as_dvec3() * t;
         self.surface_at((p - self.center.as_dvec3()).normalize().as_vec3())
     }
 
