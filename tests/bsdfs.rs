@@ -10,16 +10,28 @@ use support::stats::{Moments, chi_squared};
 use support::{BELOW_ONE, corners, points, points_3d};
 use telamon::bsdf::{Bsdf, BsdfSample, Dielectric};
 
-const GRID: SphereGrid = SphereGrid { rows: 10, columns: 20 };
+const GRID: SphereGrid = SphereGrid {
+    rows: 10,
+    columns: 20,
+};
 
 const SAMPLES: u32 = 1_000_000;
 
 /// Directions of view on the side of +z: polar angle in degrees, azimuth in radians.
-const VIEWS: [(f64, f64); 5] = [(0.0, 0.0), (30.0, 0.7), (60.0, 2.9), (80.0, 4.1), (89.0, 5.6)];
+const VIEWS: [(f64, f64); 5] = [
+    (0.0, 0.0),
+    (30.0, 0.7),
+    (60.0, 2.9),
+    (80.0, 4.1),
+    (89.0, 5.6),
+];
 
 fn row(plugin: &str, variant: &str) -> Material {
     let is_it = |m: &Material| m.plugin == plugin && m.variant == variant;
-    materials().into_iter().find(is_it).expect("a row of the table")
+    materials()
+        .into_iter()
+        .find(is_it)
+        .expect("a row of the table")
 }
 
 /// Each view from each side that scatters light.
@@ -27,14 +39,18 @@ fn views(material: &Material) -> Vec<Vec3> {
     let sides = material.sides.iter();
     sides
         .flat_map(|&side| {
-            VIEWS.map(|(theta, phi)| direction(theta.to_radians().cos(), phi) * Vec3::new(1.0, 1.0, side))
+            VIEWS.map(|(theta, phi)| {
+                direction(theta.to_radians().cos(), phi) * Vec3::new(1.0, 1.0, side)
+            })
         })
         .collect()
 }
 
 /// Materials that have more than delta lobes on the side of `wi`.
 fn is_smooth(bsdf: &dyn Bsdf, wi: Vec3) -> bool {
-    points(7, 16).filter_map(|u| bsdf.sample(wi, u)).any(|s| !s.delta)
+    points(7, 16)
+        .filter_map(|u| bsdf.sample(wi, u))
+        .any(|s| !s.delta)
 }
 
 /// Counts of sampled directions per cell, and in one cell more what was absorbed.
@@ -66,8 +82,12 @@ fn samples_follow_their_density() {
         .collect();
     for (seed, &(material, wi)) in (100..).zip(&cases) {
         let expected = expected_counts(|wo| f64::from(material.bsdf.pdf(wi, wo)));
-        chi_squared(&counts(material.bsdf.as_ref(), wi, seed), &expected, cases.len())
-            .unwrap_or_else(|table| panic!("{} from {wi}: {table}", material.name()));
+        chi_squared(
+            &counts(material.bsdf.as_ref(), wi, seed),
+            &expected,
+            cases.len(),
+        )
+        .unwrap_or_else(|table| panic!("{} from {wi}: {table}", material.name()));
     }
 }
 
@@ -91,8 +111,16 @@ fn wrong_densities_are_rejected() {
 
 /// `None`, or a sample that a path can go on with.
 fn check_sample(material: &Material, wi: Vec3, u: Vec2) -> Result<(), String> {
-    let Some(s) = material.bsdf.sample(wi, u) else { return Ok(()) };
-    let BsdfSample { wo, weight, pdf, delta, eta } = s;
+    let Some(s) = material.bsdf.sample(wi, u) else {
+        return Ok(());
+    };
+    let BsdfSample {
+        wo,
+        weight,
+        pdf,
+        delta,
+        eta,
+    } = s;
     // Two roundings for each of three coordinates.
     if !((wo.length() - 1.0).abs() <= 6.0 * f32::EPSILON / 2.0) {
         return Err(format!("|wo| = {}", wo.length()));
@@ -128,7 +156,11 @@ fn samples_agree_with_eval_and_pdf() {
     let extremes = [1e-3, 1e-6, 1e-20, 1e-40].map(|z| direction(z, 0.3));
     for material in &materials() {
         let mirrored = |w: &Vec3| *w * Vec3::new(1.0, 1.0, -1.0);
-        for wi in views(material).iter().chain(&extremes).flat_map(|w| [*w, mirrored(w)]) {
+        for wi in views(material)
+            .iter()
+            .chain(&extremes)
+            .flat_map(|w| [*w, mirrored(w)])
+        {
             for u in points(61, 10_000).chain(corners()) {
                 check_sample(material, wi, u)
                     .unwrap_or_else(|what| panic!("{} from {wi}, {u}: {what}", material.name()));
@@ -149,7 +181,10 @@ impl Bsdf for Wrong {
         1.05 * self.0.pdf(wi, wo)
     }
     fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
-        self.0.sample(wi, u).map(|s| BsdfSample { weight: s.weight * 1.05, ..s })
+        self.0.sample(wi, u).map(|s| BsdfSample {
+            weight: s.weight * 1.05,
+            ..s
+        })
     }
     fn is_delta(&self) -> bool {
         self.0.is_delta()
@@ -166,13 +201,21 @@ impl Bsdf for Wrong {
 fn wrong_materials_are_rejected() {
     for material in materials().into_iter().filter(|m| m.variant != "black") {
         let name = material.name();
-        let wrong = Material { bsdf: Box::new(Wrong(material.bsdf)), ..material };
+        let wrong = Material {
+            bsdf: Box::new(Wrong(material.bsdf)),
+            ..material
+        };
         let wi = Vec3::new(0.6, 0.0, 0.8);
         let refused = points(62, 100).any(|u| check_sample(&wrong, wi, u).is_err());
         // Too much energy shows only where a lobe carries nearly all; a density shows everywhere.
         assert!(refused || wrong.bsdf.is_delta(), "{name}");
         let albedo = albedo_of(wrong.bsdf.as_ref(), wi, 63);
-        assert!(albedo.has_mean(f64::from(wrong.bsdf.albedo(wi).x), 1).is_err(), "{name}: albedo");
+        assert!(
+            albedo
+                .has_mean(f64::from(wrong.bsdf.albedo(wi).x), 1)
+                .is_err(),
+            "{name}: albedo"
+        );
     }
 }
 
@@ -185,7 +228,10 @@ fn albedo_of(bsdf: &dyn Bsdf, wi: Vec3, seed: u64) -> Moments {
 #[test]
 fn albedo_is_the_mean_of_the_weights() {
     let materials = materials();
-    let cases: Vec<_> = materials.iter().flat_map(|m| views(m).into_iter().map(move |wi| (m, wi))).collect();
+    let cases: Vec<_> = materials
+        .iter()
+        .flat_map(|m| views(m).into_iter().map(move |wi| (m, wi)))
+        .collect();
     for (seed, &(material, wi)) in (200..).zip(&cases) {
         let albedo = material.bsdf.albedo(wi);
         assert!(albedo.min_element() >= 0.0 && albedo.max_element() <= 1.0 + f32::EPSILON);
@@ -205,7 +251,11 @@ fn reflection_is_reciprocal() {
             let back = material.bsdf.eval(wo, wi) / wi.z.abs();
             // Three roundings on each side.
             let tolerance = 6.0 * f32::EPSILON / 2.0 * forth.max_element();
-            assert!((forth - back).abs().max_element() <= tolerance, "{}: {wi} {wo}", material.name());
+            assert!(
+                (forth - back).abs().max_element() <= tolerance,
+                "{}: {wi} {wo}",
+                material.name()
+            );
         }
     }
 }
@@ -222,7 +272,12 @@ fn nothing_passes_what_is_opaque() {
             let (wi, wo) = (direction_of(a), direction_of(b));
             let seen = material.sides.contains(&wi.z.signum());
             if !seen || wi.z * wo.z < 0.0 {
-                assert_eq!(material.bsdf.eval(wi, wo), Vec3::ZERO, "{}", material.name());
+                assert_eq!(
+                    material.bsdf.eval(wi, wo),
+                    Vec3::ZERO,
+                    "{}",
+                    material.name()
+                );
                 assert_eq!(material.bsdf.pdf(wi, wo), 0.0, "{}", material.name());
             }
             if let Some(s) = material.bsdf.sample(wi, a) {
@@ -235,14 +290,27 @@ fn nothing_passes_what_is_opaque() {
 #[test]
 fn delta_materials_say_so() {
     for material in &materials() {
-        let smooth = views(material).iter().any(|&wi| is_smooth(material.bsdf.as_ref(), wi));
+        let smooth = views(material)
+            .iter()
+            .any(|&wi| is_smooth(material.bsdf.as_ref(), wi));
         let black = material.variant == "black";
-        assert_eq!(material.bsdf.is_delta(), !smooth && !black, "{}", material.name());
+        assert_eq!(
+            material.bsdf.is_delta(),
+            !smooth && !black,
+            "{}",
+            material.name()
+        );
     }
 }
 
 /// Pairs of indices inside and outside.
-const INDICES: [(f32, f32); 5] = [(1.5, 1.0), (1.0, 1.5), (1.33, 1.0), (2.419, 1.333), (1.000_277, 1.0)];
+const INDICES: [(f32, f32); 5] = [
+    (1.5, 1.0),
+    (1.0, 1.5),
+    (1.33, 1.0),
+    (2.419, 1.333),
+    (1.000_277, 1.0),
+];
 
 #[test]
 fn refraction_keeps_the_law_of_snell() {
@@ -250,22 +318,42 @@ fn refraction_keeps_the_law_of_snell() {
         let glass = Dielectric::new(int_ior, ext_ior, Vec3::ONE, Vec3::ONE);
         for u in points_3d(81, 10_000) {
             let wi = direction_of(u.truncate());
-            let (near, far) = if wi.z > 0.0 { (ext_ior, int_ior) } else { (int_ior, ext_ior) };
+            let (near, far) = if wi.z > 0.0 {
+                (ext_ior, int_ior)
+            } else {
+                (int_ior, ext_ior)
+            };
             // The largest number chooses refraction wherever there is any.
-            let s = glass.sample(wi, Vec2::new(BELOW_ONE, u.z)).expect("glass absorbs nothing");
+            let s = glass
+                .sample(wi, Vec2::new(BELOW_ONE, u.z))
+                .expect("glass absorbs nothing");
             if s.wo.z * wi.z > 0.0 {
                 let total = wi.truncate().length() * near / far;
                 // sin of the refracted angle; R rounds to 1 just before it, 1e-6 is generous.
-                assert!(total > 1.0 - 1e-6, "{near} -> {far}: {wi} reflected at {total}");
+                assert!(
+                    total > 1.0 - 1e-6,
+                    "{near} -> {far}: {wi} reflected at {total}"
+                );
                 assert_eq!(s.eta, 1.0);
                 continue;
             }
             let eta = far / near;
-            assert!((s.eta - eta).abs() <= 2.0 * f32::EPSILON * eta, "{} {eta}", s.eta);
-            assert!((s.weight.x * eta * eta - 1.0).abs() < 1e-6, "weight {}", s.weight);
+            assert!(
+                (s.eta - eta).abs() <= 2.0 * f32::EPSILON * eta,
+                "{} {eta}",
+                s.eta
+            );
+            assert!(
+                (s.weight.x * eta * eta - 1.0).abs() < 1e-6,
+                "weight {}",
+                s.weight
+            );
             // The tangential part is scaled, in f32: 8 roundings.
             let off = (s.wo.truncate() * far + wi.truncate() * near).length();
-            assert!(off <= 8.0 * f32::EPSILON / 2.0 * near.max(far), "{near} -> {far}: {wi} {s:?}");
+            assert!(
+                off <= 8.0 * f32::EPSILON / 2.0 * near.max(far),
+                "{near} -> {far}: {wi} {s:?}"
+            );
         }
     }
 }
@@ -279,14 +367,26 @@ fn interfaces_are_symmetric_and_keep_energy() {
         for u in points(82, 10_000) {
             let wi = direction_of(u);
             let reflected = glass.sample(wi, Vec2::ZERO).expect("glass absorbs nothing");
-            let refracted = glass.sample(wi, Vec2::splat(BELOW_ONE)).expect("glass absorbs nothing");
+            let refracted = glass
+                .sample(wi, Vec2::splat(BELOW_ONE))
+                .expect("glass absorbs nothing");
             if refracted.wo.z * wi.z > 0.0 {
                 continue;
             }
             // R may be so small that even 0 chooses refraction.
-            let r = if reflected.wo.z * wi.z > 0.0 { reflected.pdf } else { 0.0 };
-            assert!((r + refracted.pdf - 1.0).abs() <= f32::EPSILON, "{r} + {}", refracted.pdf);
-            let back = glass.sample(refracted.wo, Vec2::splat(BELOW_ONE)).expect("reversible");
+            let r = if reflected.wo.z * wi.z > 0.0 {
+                reflected.pdf
+            } else {
+                0.0
+            };
+            assert!(
+                (r + refracted.pdf - 1.0).abs() <= f32::EPSILON,
+                "{r} + {}",
+                refracted.pdf
+            );
+            let back = glass
+                .sample(refracted.wo, Vec2::splat(BELOW_ONE))
+                .expect("reversible");
             if back.wo.z * refracted.wo.z > 0.0 {
                 continue;
             }
@@ -298,8 +398,15 @@ fn interfaces_are_symmetric_and_keep_energy() {
             let squeeze = refracted.eta.max(1.0 / refracted.eta).powi(2);
             let tolerance = 12.0 * f32::EPSILON / 2.0 * squeeze / flat;
             let difference = (back.pdf - refracted.pdf).abs();
-            assert!(difference <= tolerance, "{wi}: {refracted:?}, back {back:?}");
-            assert!((back.wo - wi).length() <= tolerance, "{wi} returns as {}", back.wo);
+            assert!(
+                difference <= tolerance,
+                "{wi}: {refracted:?}, back {back:?}"
+            );
+            assert!(
+                (back.wo - wi).length() <= tolerance,
+                "{wi} returns as {}",
+                back.wo
+            );
         }
     }
 }
@@ -319,5 +426,8 @@ fn no_angle_makes_glass_fail() {
             }
         }
     }
-    assert!(glass.bsdf.sample(Vec3::X, Vec2::splat(0.5)).is_none(), "a direction in the surface");
+    assert!(
+        glass.bsdf.sample(Vec3::X, Vec2::splat(0.5)).is_none(),
+        "a direction in the surface"
+    );
 }

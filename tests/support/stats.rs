@@ -23,7 +23,11 @@ pub(crate) fn significance_each(checks: usize) -> f64 {
 /// The table, if the counts do not come from the expected distribution, or if one lies in a cell
 /// that can have none.
 pub(crate) fn chi_squared(observed: &[u64], expected: &[f64], checks: usize) -> Result<(), String> {
-    assert_eq!(observed.len(), expected.len(), "one expected count for each cell");
+    assert_eq!(
+        observed.len(),
+        expected.len(),
+        "one expected count for each cell"
+    );
     let mut order: Vec<usize> = (0..expected.len()).collect();
     order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));
     let (mut statistic, mut cells) = (0.0, 0);
@@ -32,7 +36,9 @@ pub(crate) fn chi_squared(observed: &[u64], expected: &[f64], checks: usize) -> 
         let (o, e) = (observed[cell], expected[cell]);
         if e <= 0.0 && o > 0 {
             let table = table(observed, expected);
-            return Err(format!("cell {cell} has {o} counts where none can be\n{table}"));
+            return Err(format!(
+                "cell {cell} has {o} counts where none can be\n{table}"
+            ));
         }
         // From the smallest up, so that no pool is left over for want of another cell.
         pool = (pool.0 + o as f64, pool.1 + e);
@@ -45,7 +51,8 @@ pub(crate) fn chi_squared(observed: &[u64], expected: &[f64], checks: usize) -> 
     if cells < 2 {
         return Err(format!("{cells} cells with enough counts: nothing to test"));
     }
-    let distribution = ChiSquared::new(f64::from(cells - 1)).expect("at least one degree of freedom");
+    let distribution =
+        ChiSquared::new(f64::from(cells - 1)).expect("at least one degree of freedom");
     let p_value = 1.0 - distribution.cdf(statistic);
     let level = significance_each(checks);
     // NaN is rejected too.
@@ -53,7 +60,9 @@ pub(crate) fn chi_squared(observed: &[u64], expected: &[f64], checks: usize) -> 
         return Ok(());
     }
     let table = table(observed, expected);
-    Err(format!("chi-squared {statistic:.2} over {cells} cells: p = {p_value:.3e} < {level:.3e}\n{table}"))
+    Err(format!(
+        "chi-squared {statistic:.2} over {cells} cells: p = {p_value:.3e} < {level:.3e}\n{table}"
+    ))
 }
 
 fn table(observed: &[u64], expected: &[f64]) -> String {
@@ -102,10 +111,18 @@ impl Moments {
     pub(crate) fn has_mean(&self, expected: f64, checks: usize) -> Result<(), String> {
         let deviation = ((self.mean - expected).abs() - 1e-6 * expected.abs()).max(0.0);
         let error = self.standard_error();
-        let t = if deviation == 0.0 { 0.0 } else { deviation / error };
+        let t = if deviation == 0.0 {
+            0.0
+        } else {
+            deviation / error
+        };
         let distribution =
             StudentsT::new(0.0, 1.0, self.count as f64 - 1.0).expect("at least two numbers");
-        let p_value = if t.is_infinite() { 0.0 } else { 2.0 * (1.0 - distribution.cdf(t)) };
+        let p_value = if t.is_infinite() {
+            0.0
+        } else {
+            2.0 * (1.0 - distribution.cdf(t))
+        };
         let level = significance_each(checks);
         if p_value >= level {
             return Ok(());
