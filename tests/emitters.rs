@@ -47,51 +47,32 @@ fn lambert(polygon: &[DVec3], from: DVec3, normal: DVec3) -> f64 {
 fn irradiance_is_what_the_closed_forms_say() {
     let lights = lights();
     for (seed, light) in (1..).zip(&lights) {
-        let Light {
-            name,
-            shape,
-            from,
-            normal,
-            irradiance: expected,
-        } = light;
+        let Light { name, shape, from, normal, irradiance: expected } = light;
         let area = Area::new(Arc::clone(shape), Vec3::ONE).expect("has an area");
         let estimate = irradiance(&area, *from, *normal, seed);
         estimate
             .has_mean(*expected, lights.len())
             .unwrap_or_else(|figures| panic!("{name}: {figures}"));
         // 5 % more is noticed, or the estimate is too noisy to be called a test.
-        assert!(
-            estimate.has_mean(1.05 * expected, 1).is_err(),
-            "{name}: {estimate:?}"
-        );
+        assert!(estimate.has_mean(1.05 * expected, 1).is_err(), "{name}: {estimate:?}");
     }
 }
 
 /// Five triangles somewhere above the floor, each seen from the floor.
 #[test]
 fn triangles_agree_with_lambert() {
-    let corners: Vec<Vec3> = support::points_3d(301, 15)
-        .map(|u| u * 2.0 - Vec3::new(1.0, 1.0, -0.2))
-        .collect();
+    let corners: Vec<Vec3> =
+        support::points_3d(301, 15).map(|u| u * 2.0 - Vec3::new(1.0, 1.0, -0.2)).collect();
     for (seed, corners) in (302..).zip(corners.chunks(3)) {
         let mut corners = [corners[0], corners[1], corners[2]];
-        if (corners[1] - corners[0])
-            .cross(corners[2] - corners[0])
-            .dot(corners[0])
-            > 0.0
-        {
+        if (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(corners[0]) > 0.0 {
             corners.swap(1, 2);
         }
         let expected = lambert(&corners.map(|c| c.as_dvec3()), DVec3::ZERO, DVec3::Z);
         let area = Area::new(triangle(corners), Vec3::ONE).expect("has an area");
         let estimate = irradiance(&area, Vec3::ZERO, Vec3::Z, seed);
-        estimate
-            .has_mean(expected, 5)
-            .unwrap_or_else(|figures| panic!("{corners:?}: {figures}"));
-        assert!(
-            estimate.has_mean(1.02 * expected, 1).is_err(),
-            "{corners:?}: {estimate:?}"
-        );
+        estimate.has_mean(expected, 5).unwrap_or_else(|figures| panic!("{corners:?}: {figures}"));
+        assert!(estimate.has_mean(1.02 * expected, 1).is_err(), "{corners:?}: {estimate:?}");
     }
 }
 
@@ -108,21 +89,12 @@ fn spheres_of_all_sizes_send_what_they_should() {
             irradiance(&light, Vec3::ZERO, Vec3::Z, seed)
                 .has_mean(PI * ratio * ratio, 14)
                 .unwrap_or_else(|figures| panic!("{radius} at {distance}: {figures}"));
-            let s = light
-                .sample_toward(Vec3::ZERO, Vec2::splat(0.5))
-                .expect("seen");
+            let s = light.sample_toward(Vec3::ZERO, Vec2::splat(0.5)).expect("seen");
             // 1 − cos = s²/(1 + c); six roundings.
             let solid_angle = 2.0 * PI * ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt());
             let relative = f64::from(s.weight.x) / solid_angle - 1.0;
-            assert!(
-                relative.abs() < 4e-7,
-                "{radius} at {distance}: off by {relative}"
-            );
-            assert!(
-                (f64::from(s.pdf) * solid_angle - 1.0).abs() < 4e-7,
-                "{}",
-                s.pdf
-            );
+            assert!(relative.abs() < 4e-7, "{radius} at {distance}: off by {relative}");
+            assert!((f64::from(s.pdf) * solid_angle - 1.0).abs() < 4e-7, "{}", s.pdf);
         }
     }
 }
@@ -142,9 +114,7 @@ fn the_seen_side_of_a_sphere_is_covered() {
                 lost += 1;
                 continue;
             };
-            let LightOrigin::Surface(point) = s.origin else {
-                panic!("no surface")
-            };
+            let LightOrigin::Surface(point) = s.origin else { panic!("no surface") };
             let normal = point.geometric_normal.as_dvec3();
             // The angle at the eye from the normal's, by the plane triangle of eye, centre and point.
             let ratio = f64::from(ratio);
@@ -170,14 +140,7 @@ fn density_seen(area: &Area, shape: &dyn Shape, from: Vec3, direction: Vec3) -> 
     let point = shape.surface(&ray, &hit);
     let cosine = f64::from(point.geometric_normal.dot(direction).abs());
     let surface = Some((hit.primitive as usize, &point));
-    Some((
-        area.pdf_toward(&Sight {
-            from,
-            direction,
-            surface,
-        }),
-        cosine,
-    ))
+    Some((area.pdf_toward(&Sight { from, direction, surface }), cosine))
 }
 
 #[test]
@@ -187,11 +150,7 @@ fn both_densities_are_one() {
         let (mut seen, mut missed) = (0, 0);
         for u in corners() {
             let usable = |s: EmitterSample| s.pdf > 0.0 && s.weight.is_finite();
-            assert!(
-                area.sample_toward(light.from, u).is_none_or(usable),
-                "{} {u}",
-                light.name
-            );
+            assert!(area.sample_toward(light.from, u).is_none_or(usable), "{} {u}", light.name);
         }
         for u in points(seed, 10_000) {
             let Some(s) = area.sample_toward(light.from, u) else {
@@ -210,18 +169,10 @@ fn both_densities_are_one() {
             let off = f64::from(pdf / s.pdf - 1.0).abs();
             assert!(off <= tolerance, "{}: pdf {pdf}, sample {s:?}", light.name);
             // Radiance over density is the weight.
-            assert!(
-                (s.weight.x * s.pdf - 1.0).abs() < 1e-6,
-                "{}: {s:?}",
-                light.name
-            );
+            assert!((s.weight.x * s.pdf - 1.0).abs() < 1e-6, "{}: {s:?}", light.name);
         }
         // Only the rim may be missed.
-        assert!(
-            missed * 100 <= seen || light.direction_error() > 0.0,
-            "{}: {missed}",
-            light.name
-        );
+        assert!(missed * 100 <= seen || light.direction_error() > 0.0, "{}: {missed}", light.name);
     }
 }
 
@@ -230,12 +181,7 @@ fn both_densities_are_one() {
 fn lights_are_dark_where_they_must_be() {
     let light = Area::new(square(1.0, Vec3::ZERO), Vec3::ONE).expect("has an area");
     // The square faces −z.
-    for from in [
-        Vec3::Z,
-        Vec3::new(3.0, 0.0, 0.0),
-        Vec3::new(0.5, 0.25, 0.0),
-        Vec3::ZERO,
-    ] {
+    for from in [Vec3::Z, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.5, 0.25, 0.0), Vec3::ZERO] {
         for u in points(601, 1_000).chain(corners()) {
             assert!(light.sample_toward(from, u).is_none(), "from {from}");
         }
@@ -251,13 +197,9 @@ fn lights_are_dark_where_they_must_be() {
 #[test]
 fn tiny_and_distant_lights_stay_finite() {
     let light = Area::new(square(0.5e-10, Vec3::Z * 1e10), Vec3::splat(1e20)).expect("has an area");
-    irradiance(&light, Vec3::ZERO, Vec3::Z, 602)
-        .has_mean(1e-20, 1)
-        .expect("Le A / d²");
+    irradiance(&light, Vec3::ZERO, Vec3::Z, 602).has_mean(1e-20, 1).expect("Le A / d²");
     let blinding = Area::new(square(1.0, Vec3::Z * 10.0), Vec3::splat(1e30)).expect("has an area");
-    let s = blinding
-        .sample_toward(Vec3::ZERO, Vec2::splat(0.3))
-        .expect("seen");
+    let s = blinding.sample_toward(Vec3::ZERO, Vec2::splat(0.3)).expect("seen");
     assert!(s.weight.is_finite() && s.pdf.is_finite(), "{s:?}");
 }
 
@@ -280,20 +222,12 @@ fn slivers_do_not_disturb_a_mesh_light() {
         let polygon = [DVec3::ZERO, DVec3::X, DVec3::Y];
         // The small ones add 1e-6 of the power at most.
         let expected = lambert(&polygon, from.as_dvec3(), DVec3::NEG_Z);
-        irradiance(&light, from, Vec3::NEG_Z, 603)
-            .has_mean(expected, 2)
-            .expect("Lambert");
+        irradiance(&light, from, Vec3::NEG_Z, 603).has_mean(expected, 2).expect("Lambert");
         // u = 0 chooses the first of the small ones.
         let s = light.sample_toward(from, Vec2::ZERO).expect("seen");
-        let LightOrigin::Surface(point) = s.origin else {
-            panic!("no surface")
-        };
+        let LightOrigin::Surface(point) = s.origin else { panic!("no surface") };
         let surface = Some((0, &point));
-        let pdf = light.pdf_toward(&Sight {
-            from,
-            direction: s.direction,
-            surface,
-        });
+        let pdf = light.pdf_toward(&Sight { from, direction: s.direction, surface });
         assert!((pdf / s.pdf - 1.0).abs() < 1e-5, "{pdf} {s:?}");
         assert!((s.pdf * s.weight.x - 1.0).abs() < 1e-5, "{s:?}");
     }
@@ -302,68 +236,34 @@ fn slivers_do_not_disturb_a_mesh_light() {
 /// The sphere that a point sees from inside: directions follow the density that is claimed.
 #[test]
 fn directions_inside_a_sphere_follow_their_density() {
-    let grid = support::quadrature::SphereGrid {
-        rows: 10,
-        columns: 20,
-    };
-    let shape: Arc<dyn Shape> = Arc::new(telamon::shape::Sphere::new(
-        Vec3::ZERO,
-        2.0,
-        Frame::from_normal(Vec3::Z),
-        true,
-    ));
+    let grid = support::quadrature::SphereGrid { rows: 10, columns: 20 };
+    let shape: Arc<dyn Shape> =
+        Arc::new(telamon::shape::Sphere::new(Vec3::ZERO, 2.0, Frame::from_normal(Vec3::Z), true));
     let light = Area::new(Arc::clone(&shape), Vec3::ONE).expect("has an area");
     let from = Vec3::new(0.9, -0.4, 0.5);
     let mut counts = vec![0; grid.cells()];
     for u in points(604, SAMPLES) {
-        counts[grid.cell(
-            light
-                .sample_toward(from, u)
-                .expect("all of it is seen")
-                .direction,
-        )] += 1;
+        counts[grid.cell(light.sample_toward(from, u).expect("all of it is seen").direction)] += 1;
     }
     let seen =
         |w: Vec3| density_seen(&light, shape.as_ref(), from, w).map_or(0.0, |(pdf, _)| pdf.into());
-    let expected: Vec<f64> = grid
-        .integrals(seen)
-        .iter()
-        .map(|p| p * f64::from(SAMPLES))
-        .collect();
+    let expected: Vec<f64> = grid.integrals(seen).iter().map(|p| p * f64::from(SAMPLES)).collect();
     chi_squared(&counts, &expected, 1).unwrap_or_else(|table| panic!("{table}"));
     let uniform = vec![f64::from(SAMPLES) / grid.cells() as f64; grid.cells()];
-    assert!(
-        chi_squared(&counts, &uniform, 1).is_err(),
-        "a uniform density would do as well"
-    );
+    assert!(chi_squared(&counts, &uniform, 1).is_err(), "a uniform density would do as well");
 }
 
 #[test]
 fn the_environment_and_points_light_a_plane() {
     let sky = Constant::new(Vec3::new(1.0, 2.0, 3.0));
-    irradiance(&sky, Vec3::ONE, Vec3::Y, 605)
-        .has_mean(PI, 2)
-        .expect("π L from a hemisphere");
-    let s = sky
-        .sample_toward(Vec3::ZERO, Vec2::splat(0.2))
-        .expect("seen from everywhere");
-    let sight = Sight {
-        from: Vec3::ZERO,
-        direction: s.direction,
-        surface: None,
-    };
+    irradiance(&sky, Vec3::ONE, Vec3::Y, 605).has_mean(PI, 2).expect("π L from a hemisphere");
+    let s = sky.sample_toward(Vec3::ZERO, Vec2::splat(0.2)).expect("seen from everywhere");
+    let sight = Sight { from: Vec3::ZERO, direction: s.direction, surface: None };
     assert_eq!(s.pdf, sky.pdf_toward(&sight));
-    assert!(
-        (s.weight * s.pdf - sky.radiance(&sight))
-            .abs()
-            .max_element()
-            < 1e-6
-    );
+    assert!((s.weight * s.pdf - sky.radiance(&sight)).abs().max_element() < 1e-6);
     let bulb = Point::new(Vec3::new(3.0, 0.0, 4.0), Vec3::splat(10.0));
     // I cosθ / d² = 10 · 0.8 / 25.
-    irradiance(&bulb, Vec3::ZERO, Vec3::Z, 606)
-        .has_mean(0.32, 2)
-        .expect("inverse square law");
+    irradiance(&bulb, Vec3::ZERO, Vec3::Z, 606).has_mean(0.32, 2).expect("inverse square law");
 }
 
 fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {

@@ -13,10 +13,7 @@ const SIDE: usize = 16;
 fn pairs(numbers: impl Iterator<Item = (f32, f32)>) -> Vec<u64> {
     let mut counts = vec![0; SIDE * SIDE];
     for (x, y) in numbers {
-        assert!(
-            (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y),
-            "{x} {y}"
-        );
+        assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y), "{x} {y}");
         counts[(y * SIDE as f32) as usize * SIDE + (x * SIDE as f32) as usize] += 1;
     }
     counts
@@ -40,31 +37,15 @@ type Pair = fn(u32) -> (f32, f32);
 
 /// Pairs of numbers that a render uses side by side.
 const PAIRS: [(&str, Pair); 9] = [
-    ("next dimension", |i| {
-        (number(1, 0, i, 0), number(1, 0, i, 1))
-    }),
-    ("far dimension", |i| {
-        (number(1, 0, i, 3), number(1, 0, i, 67))
-    }),
-    ("dimensions of one path", |i| {
-        (number(1, 5, 9, i), number(1, 5, 9, i + 1))
-    }),
-    ("next sample", |i| {
-        (number(2, 7, i, 0), number(2, 7, i + 1, 0))
-    }),
-    ("next pixel", |i| {
-        (number(3, i, 0, 0), number(3, i + 1, 0, 0))
-    }),
-    ("next row", |i| {
-        (number(3, i, 0, 2), number(3, i + 1024, 0, 2))
-    }),
+    ("next dimension", |i| (number(1, 0, i, 0), number(1, 0, i, 1))),
+    ("far dimension", |i| (number(1, 0, i, 3), number(1, 0, i, 67))),
+    ("dimensions of one path", |i| (number(1, 5, 9, i), number(1, 5, 9, i + 1))),
+    ("next sample", |i| (number(2, 7, i, 0), number(2, 7, i + 1, 0))),
+    ("next pixel", |i| (number(3, i, 0, 0), number(3, i + 1, 0, 0))),
+    ("next row", |i| (number(3, i, 0, 2), number(3, i + 1024, 0, 2))),
     ("next seed", |i| (number(4, i, 0, 0), number(5, i, 0, 0))),
-    ("many seeds", |i| {
-        (number(i.into(), 0, 0, 0), number(u64::from(i) + 1, 0, 0, 0))
-    }),
-    ("pixel and sample exchanged", |i| {
-        (number(6, i, 3, 0), number(6, 3, i, 0))
-    }),
+    ("many seeds", |i| (number(i.into(), 0, 0, 0), number(u64::from(i) + 1, 0, 0, 0))),
+    ("pixel and sample exchanged", |i| (number(6, i, 3, 0), number(6, 3, i, 0))),
 ];
 
 #[test]
@@ -94,12 +75,8 @@ fn low_bits_are_uniform() {
 #[test]
 fn wrong_numbers_are_rejected() {
     let wrong: [(&str, Pair); 3] = [
-        ("the same twice", |i| {
-            (number(1, 0, i, 0), number(1, 0, i, 0))
-        }),
-        ("5 % too small", |i| {
-            (0.95 * number(1, 0, i, 0), number(1, 0, i, 1))
-        }),
+        ("the same twice", |i| (number(1, 0, i, 0), number(1, 0, i, 0))),
+        ("5 % too small", |i| (0.95 * number(1, 0, i, 0), number(1, 0, i, 1))),
         ("a little alike", |i| {
             let (x, y) = (number(1, 0, i, 0), number(1, 0, i, 1));
             (x, (y + 0.02 * x) / 1.02)
@@ -114,9 +91,7 @@ fn wrong_numbers_are_rejected() {
 #[test]
 fn numbers_are_pure() {
     let sampler = Independent::new(10);
-    let forth: Vec<f32> = (0..1_000)
-        .map(|d| sampler.get_1d(sampler.path(3, 4), d))
-        .collect();
+    let forth: Vec<f32> = (0..1_000).map(|d| sampler.get_1d(sampler.path(3, 4), d)).collect();
     let mut back: Vec<f32> = (0..1_000)
         .rev()
         .map(|d| {
@@ -131,11 +106,7 @@ fn numbers_are_pure() {
     let mut distinct: Vec<u32> = forth.iter().map(|x| x.to_bits()).collect();
     distinct.sort_unstable();
     distinct.dedup();
-    assert!(
-        distinct.len() >= 998,
-        "{} distinct numbers of 1,000",
-        distinct.len()
-    );
+    assert!(distinct.len() >= 998, "{} distinct numbers of 1,000", distinct.len());
 }
 
 /// A path takes its numbers one after the other and never one of them twice.

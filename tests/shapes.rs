@@ -24,12 +24,7 @@ struct Expected {
 }
 
 const fn seen(origin: [f32; 3], direction: [f32; 3], uv: [f32; 2], normal: [f32; 3]) -> Expected {
-    Expected {
-        origin,
-        direction,
-        uv,
-        normal,
-    }
+    Expected { origin, direction, uv, normal }
 }
 
 fn assert_seen(name: &str, shape: &dyn Shape, expected: &[Expected]) {
@@ -38,20 +33,10 @@ fn assert_seen(name: &str, shape: &dyn Shape, expected: &[Expected]) {
         let hit = trace(shape, &ray).unwrap_or_else(|| panic!("{name}: missed"));
         let (uv, point) = (shape.uv(&ray, &hit), shape.surface(&ray, &hit));
         // The literals have six digits.
-        assert!(
-            (uv - Vec2::from(e.uv)).length() < 2e-6,
-            "{name}: uv {uv}, expected {:?}",
-            e.uv
-        );
+        assert!((uv - Vec2::from(e.uv)).length() < 2e-6, "{name}: uv {uv}, expected {:?}", e.uv);
         let normal = Vec3::from(e.normal);
-        assert!(
-            (point.shading_normal - normal).length() < 2e-6,
-            "{name}: {point:?}"
-        );
-        assert!(
-            (point.geometric_normal - normal).length() < 2e-6,
-            "{name}: {point:?}"
-        );
+        assert!((point.shading_normal - normal).length() < 2e-6, "{name}: {point:?}");
+        assert!((point.geometric_normal - normal).length() < 2e-6, "{name}: {point:?}");
     }
 }
 
@@ -65,164 +50,51 @@ fn rectangles_are_those_of_mitsuba() {
         ("plain", scaled(1.0, 1.0, 1.0), false, [0.75, 0.625], up),
         ("flipped", scaled(1.0, 1.0, 1.0), true, [0.75, 0.625], DOWN),
         // The normal goes with the inverse transpose: x mirrored leaves it, z mirrored turns it.
-        (
-            "mirrored in x",
-            scaled(-1.0, 1.0, 1.0),
-            false,
-            [0.25, 0.625],
-            up,
-        ),
-        (
-            "mirrored in z",
-            scaled(1.0, 1.0, -1.0),
-            false,
-            [0.75, 0.625],
-            DOWN,
-        ),
+        ("mirrored in x", scaled(-1.0, 1.0, 1.0), false, [0.25, 0.625], up),
+        ("mirrored in z", scaled(1.0, 1.0, -1.0), false, [0.75, 0.625], DOWN),
     ] {
-        assert_seen(
-            name,
-            &primitives::rectangle(to_world, flip).0,
-            &at(uv, normal),
-        );
+        assert_seen(name, &primitives::rectangle(to_world, flip).0, &at(uv, normal));
     }
 }
 
 #[test]
 fn cubes_are_those_of_mitsuba() {
     let faces = [
-        seen(
-            [3.0, 0.5, 0.25],
-            [-1.0, 0.0, 0.0],
-            [0.75, 0.375],
-            [1.0, 0.0, 0.0],
-        ),
-        seen(
-            [-3.0, 0.5, 0.25],
-            [1.0, 0.0, 0.0],
-            [0.75, 0.625],
-            [-1.0, 0.0, 0.0],
-        ),
-        seen(
-            [0.5, 3.0, 0.25],
-            [0.0, -1.0, 0.0],
-            [0.25, 0.375],
-            [0.0, 1.0, 0.0],
-        ),
-        seen(
-            [0.5, -3.0, 0.25],
-            [0.0, 1.0, 0.0],
-            [0.625, 0.75],
-            [0.0, -1.0, 0.0],
-        ),
+        seen([3.0, 0.5, 0.25], [-1.0, 0.0, 0.0], [0.75, 0.375], [1.0, 0.0, 0.0]),
+        seen([-3.0, 0.5, 0.25], [1.0, 0.0, 0.0], [0.75, 0.625], [-1.0, 0.0, 0.0]),
+        seen([0.5, 3.0, 0.25], [0.0, -1.0, 0.0], [0.25, 0.375], [0.0, 1.0, 0.0]),
+        seen([0.5, -3.0, 0.25], [0.0, 1.0, 0.0], [0.625, 0.75], [0.0, -1.0, 0.0]),
         seen([0.5, 0.25, 3.0], DOWN, [0.625, 0.75], [0.0, 0.0, 1.0]),
-        seen(
-            [0.5, 0.25, -3.0],
-            [0.0, 0.0, 1.0],
-            [0.375, 0.75],
-            [0.0, 0.0, -1.0],
-        ),
+        seen([0.5, 0.25, -3.0], [0.0, 0.0, 1.0], [0.375, 0.75], [0.0, 0.0, -1.0]),
     ];
-    assert_seen(
-        "cube",
-        &primitives::cube(scaled(1.0, 1.0, 1.0), false).0,
-        &faces,
-    );
+    assert_seen("cube", &primitives::cube(scaled(1.0, 1.0, 1.0), false).0, &faces);
     let mirrored = [
-        seen(
-            [3.0, 0.5, 0.25],
-            [-1.0, 0.0, 0.0],
-            [0.75, 0.625],
-            [1.0, 0.0, 0.0],
-        ),
-        seen(
-            [-3.0, 0.5, 0.25],
-            [1.0, 0.0, 0.0],
-            [0.75, 0.375],
-            [-1.0, 0.0, 0.0],
-        ),
+        seen([3.0, 0.5, 0.25], [-1.0, 0.0, 0.0], [0.75, 0.625], [1.0, 0.0, 0.0]),
+        seen([-3.0, 0.5, 0.25], [1.0, 0.0, 0.0], [0.75, 0.375], [-1.0, 0.0, 0.0]),
     ];
-    assert_seen(
-        "mirrored",
-        &primitives::cube(scaled(-1.0, 1.0, 1.0), false).0,
-        &mirrored,
-    );
-    let flipped = [seen(
-        [3.0, 0.5, 0.25],
-        [-1.0, 0.0, 0.0],
-        [0.75, 0.375],
-        [-1.0, 0.0, 0.0],
-    )];
-    assert_seen(
-        "flipped",
-        &primitives::cube(scaled(1.0, 1.0, 1.0), true).0,
-        &flipped,
-    );
+    assert_seen("mirrored", &primitives::cube(scaled(-1.0, 1.0, 1.0), false).0, &mirrored);
+    let flipped = [seen([3.0, 0.5, 0.25], [-1.0, 0.0, 0.0], [0.75, 0.375], [-1.0, 0.0, 0.0])];
+    assert_seen("flipped", &primitives::cube(scaled(1.0, 1.0, 1.0), true).0, &flipped);
 }
 
 /// u is the azimuth in turns: atan(0.8 / 0.6) / 2π = 0.147584. v is the polar angle in half turns:
 /// acos(0.8) / π = 0.204833.
 #[test]
 fn spheres_are_those_of_mitsuba() {
-    let world = Frame {
-        s: Vec3::X,
-        t: Vec3::Y,
-        n: Vec3::Z,
-    };
+    let world = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
     let expected = [
-        seen(
-            [0.6, 3.0, 0.0],
-            [0.0, -1.0, 0.0],
-            [0.147_584, 0.5],
-            [0.6, 0.8, 0.0],
-        ),
-        seen(
-            [0.6, -3.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.852_416, 0.5],
-            [0.6, -0.8, 0.0],
-        ),
+        seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [0.6, 0.8, 0.0]),
+        seen([0.6, -3.0, 0.0], [0.0, 1.0, 0.0], [0.852_416, 0.5], [0.6, -0.8, 0.0]),
         seen([-0.6, 0.0, 3.0], DOWN, [0.5, 0.204_833], [-0.6, 0.0, 0.8]),
-        seen(
-            [-0.6, 0.0, -3.0],
-            [0.0, 0.0, 1.0],
-            [0.5, 0.795_167],
-            [-0.6, 0.0, -0.8],
-        ),
+        seen([-0.6, 0.0, -3.0], [0.0, 0.0, 1.0], [0.5, 0.795_167], [-0.6, 0.0, -0.8]),
     ];
-    assert_seen(
-        "sphere",
-        &Sphere::new(Vec3::ZERO, 1.0, world, false),
-        &expected,
-    );
+    assert_seen("sphere", &Sphere::new(Vec3::ZERO, 1.0, world, false), &expected);
     // Turned by 90 degrees about x: y goes to z, z to -y.
-    let turned = Frame {
-        s: Vec3::X,
-        t: Vec3::Z,
-        n: Vec3::NEG_Y,
-    };
-    let expected = [seen(
-        [0.0, 0.6, 3.0],
-        DOWN,
-        [0.25, 0.704_833],
-        [0.0, 0.6, 0.8],
-    )];
-    assert_seen(
-        "turned",
-        &Sphere::new(Vec3::ZERO, 1.0, turned, false),
-        &expected,
-    );
-    let expected = [seen(
-        [0.6, 3.0, 0.0],
-        [0.0, -1.0, 0.0],
-        [0.147_584, 0.5],
-        [-0.6, -0.8, 0.0],
-    )];
-    assert_seen(
-        "flipped",
-        &Sphere::new(Vec3::ZERO, 1.0, world, true),
-        &expected,
-    );
+    let turned = Frame { s: Vec3::X, t: Vec3::Z, n: Vec3::NEG_Y };
+    let expected = [seen([0.0, 0.6, 3.0], DOWN, [0.25, 0.704_833], [0.0, 0.6, 0.8])];
+    assert_seen("turned", &Sphere::new(Vec3::ZERO, 1.0, turned, false), &expected);
+    let expected = [seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [-0.6, -0.8, 0.0])];
+    assert_seen("flipped", &Sphere::new(Vec3::ZERO, 1.0, world, true), &expected);
 }
 
 /// u is the radius, v the azimuth in turns.
@@ -241,11 +113,7 @@ fn disks_are_those_of_mitsuba() {
     assert_seen("mirrored in x", &mirrored, &one([0.5, 0.352_416], up));
     let mirrored = disk(scaled(1.0, 1.0, -1.0), false);
     assert_seen("mirrored in z", &mirrored, &one([0.5, 0.147_584], DOWN));
-    assert_seen(
-        "flipped",
-        &disk(scaled(1.0, 1.0, 1.0), true),
-        &one([0.5, 0.147_584], DOWN),
-    );
+    assert_seen("flipped", &disk(scaled(1.0, 1.0, 1.0), true), &one([0.5, 0.147_584], DOWN));
 }
 
 /// The normal of a distant sphere, for a ray taken as exact: the rounding of t moves the point by
@@ -272,10 +140,7 @@ fn distant_spheres_have_exact_normals() {
             let exact = (closest - d * half) / f64::from(radius);
             let normal = sphere.surface(&ray, &hit).geometric_normal.as_dvec3();
             // One rounding for each coordinate.
-            assert!(
-                (normal - exact).length() < 2e-7,
-                "{radius} at {distance}: {normal}, {exact}"
-            );
+            assert!((normal - exact).length() < 2e-7, "{radius} at {distance}: {normal}, {exact}");
         }
         assert!(hits > 1_000, "{radius} at {distance}: only {hits} hits");
     }
@@ -286,10 +151,7 @@ const CENTERS: [f32; 4] = [0.0, 1.0, -100.0, 1e5];
 /// Rays that leave a sphere to either side: outwards none comes back, inwards each meets the far side.
 #[test]
 fn rays_leave_spheres() {
-    for (size, center) in [1e-3f32, 1.0, 1e3]
-        .into_iter()
-        .flat_map(|s| CENTERS.map(|c| (s, c)))
-    {
+    for (size, center) in [1e-3f32, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
         let center = Vec3::new(center, -0.7 * center, 0.3 * center);
         let sphere = Sphere::new(center, size, Frame::from_normal(Vec3::Z), false);
         for (a, b) in points(11, 2_000).zip(points(12, 2_000)) {
@@ -303,10 +165,7 @@ fn rays_leave_spheres() {
             let cosine = direction.dot(point.geometric_normal);
             let again = trace(&sphere, &point.spawn(direction)).map(|h| h.t);
             if cosine >= 0.0 {
-                assert_eq!(
-                    again, None,
-                    "{size} at {center}: {direction} from {point:?}"
-                );
+                assert_eq!(again, None, "{size} at {center}: {direction} from {point:?}");
                 continue;
             }
             // The far end of the chord, unless the ray starts too deep for so flat a chord.
@@ -314,10 +173,7 @@ fn rays_leave_spheres() {
             if chord > 100.0 * point.offset {
                 let t = again.unwrap_or_else(|| panic!("{size} at {center}: no far side"));
                 let slack = 4.0 * point.offset / -cosine + 1e-5 * size;
-                assert!(
-                    (t - chord).abs() < slack,
-                    "{size} at {center}: {t}, chord {chord}"
-                );
+                assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
             }
         }
     }
@@ -326,10 +182,7 @@ fn rays_leave_spheres() {
 /// Rays that leave a disk never meet it again.
 #[test]
 fn rays_leave_disks() {
-    for (size, center) in [1e-6f64, 1.0, 1e3]
-        .into_iter()
-        .flat_map(|s| CENTERS.map(|c| (s, c)))
-    {
+    for (size, center) in [1e-6f64, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
         let turn = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
         let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.5, 2.0, 0.0), DVec3::Z);
         let offset = f64::from(center) * DVec3::new(1.0, -0.7, 0.3);
@@ -349,11 +202,8 @@ fn rays_leave_disks() {
 #[test]
 fn rays_leave_triangles_on_their_own_side() {
     let coordinates = |seed| {
-        points(seed, 9_000).map(|u| {
-            10f64
-                .powf(16.0 * f64::from(u.x) - 8.0)
-                .copysign(f64::from(u.y) - 0.5)
-        })
+        points(seed, 9_000)
+            .map(|u| 10f64.powf(16.0 * f64::from(u.x) - 8.0).copysign(f64::from(u.y) - 0.5))
     };
     let all: Vec<f32> = coordinates(31).map(|x| x as f32).collect();
     let mut tested = 0;
@@ -382,27 +232,17 @@ fn rays_leave_triangles_on_their_own_side() {
 fn assert_leaves(point: &SurfacePoint, corner: DVec3, exact_normal: DVec3, direction: Vec3) {
     let error = (point.geometric_normal.as_dvec3() - exact_normal).length();
     // Coordinates rounded once from f64.
-    assert!(
-        error < 1.1e-7,
-        "normal {} is off by {error}",
-        point.geometric_normal
-    );
+    assert!(error < 1.1e-7, "normal {} is off by {error}", point.geometric_normal);
     let height = (point.position.as_dvec3() - corner).dot(exact_normal).abs();
     let offset = f64::from(point.offset);
     // A quarter is what the measurements behind the factor 32 allow.
-    assert!(
-        height <= 0.25 * offset,
-        "{height} above the plane, offset {offset}"
-    );
+    assert!(height <= 0.25 * offset, "{height} above the plane, offset {offset}");
     let cosine = f64::from(direction.dot(point.geometric_normal));
     if cosine.abs() < 1e-6 {
         return;
     }
     let start = (point.leave_towards(direction).as_dvec3() - corner).dot(exact_normal);
-    assert!(
-        start * cosine.signum() >= 0.5 * offset,
-        "starts at {start}, offset {offset}"
-    );
+    assert!(start * cosine.signum() >= 0.5 * offset, "starts at {start}, offset {offset}");
 }
 
 /// Two squares 1e-5 apart at coordinates near 1 do not hide each other.

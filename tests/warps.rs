@@ -49,10 +49,7 @@ const DIRECTION_WARPS: [DirectionWarp; 3] = [
 /// Half angles from the whole hemisphere down to 1.4e-7, as 1 − cos.
 const CONES: [f32; 6] = [1.0, 0.3, 1e-3, 1e-6, 1e-10, 1e-14];
 
-const GRID: SphereGrid = SphereGrid {
-    rows: 10,
-    columns: 20,
-};
+const GRID: SphereGrid = SphereGrid { rows: 10, columns: 20 };
 
 fn direction_counts(map: impl Fn(Vec2) -> Vec3, seed: u64) -> Vec<u64> {
     let mut counts = vec![0; GRID.cells()];
@@ -62,10 +59,7 @@ fn direction_counts(map: impl Fn(Vec2) -> Vec3, seed: u64) -> Vec<u64> {
 
 fn expected(pdf: fn(Vec3) -> f32, scale: f64) -> Vec<f64> {
     let integrals = GRID.integrals(|w| f64::from(pdf(w)));
-    integrals
-        .into_iter()
-        .map(|p| p * scale * f64::from(SAMPLES))
-        .collect()
+    integrals.into_iter().map(|p| p * scale * f64::from(SAMPLES)).collect()
 }
 
 #[test]
@@ -73,11 +67,7 @@ fn directions_follow_their_densities() {
     for (seed, warp) in (1..).zip(&DIRECTION_WARPS) {
         // Four roundings of an f32 density.
         let total: f64 = GRID.integrals(|w| f64::from((warp.pdf)(w))).iter().sum();
-        assert!(
-            (total - 1.0).abs() < 4.0 * 6e-8,
-            "{}: integrates to {total}",
-            warp.name
-        );
+        assert!((total - 1.0).abs() < 4.0 * 6e-8, "{}: integrates to {total}", warp.name);
         chi_squared(
             &direction_counts(warp.map, seed),
             &expected(warp.pdf, 1.0),
@@ -92,15 +82,8 @@ fn directions_follow_their_densities() {
 fn wrong_densities_are_rejected() {
     for (seed, warp) in (1..).zip(&DIRECTION_WARPS) {
         let counts = direction_counts(warp.map, seed);
-        assert!(
-            chi_squared(&counts, &expected(warp.pdf, 1.05), 3).is_err(),
-            "{}",
-            warp.name
-        );
-        for other in DIRECTION_WARPS
-            .iter()
-            .filter(|other| other.name != warp.name)
-        {
+        assert!(chi_squared(&counts, &expected(warp.pdf, 1.05), 3).is_err(), "{}", warp.name);
+        for other in DIRECTION_WARPS.iter().filter(|other| other.name != warp.name) {
             let accepted = chi_squared(&counts, &expected(other.pdf, 1.0), 3).is_ok();
             assert!(!accepted, "{} passes for {}", warp.name, other.name);
         }
@@ -119,11 +102,7 @@ fn directions_return_to_their_point() {
     for (seed, warp) in (11..).zip(&DIRECTION_WARPS) {
         for u in stratified_points_and_corners(seed, 40) {
             let w = (warp.map)(u);
-            assert!(
-                (w.length() - 1.0).abs() <= ROUNDING,
-                "{}: {u} -> {w}",
-                warp.name
-            );
+            assert!((w.length() - 1.0).abs() <= ROUNDING, "{}: {u} -> {w}", warp.name);
             let mut back = (warp.inverse)(w);
             // At the pole all azimuths are one.
             if w.truncate() == Vec2::ZERO {
@@ -141,10 +120,7 @@ fn cones_of_all_sizes_return_to_their_point() {
     for (seed, one_minus_cos) in (21..).zip(CONES) {
         for u in stratified_points_and_corners(seed, 40) {
             let w = warp::square_to_uniform_cone(u, one_minus_cos);
-            assert!(
-                (w.length() - 1.0).abs() <= ROUNDING,
-                "{one_minus_cos}: {u} -> {w}"
-            );
+            assert!((w.length() - 1.0).abs() <= ROUNDING, "{one_minus_cos}: {u} -> {w}");
             let mut back = warp::uniform_cone_to_square(w, one_minus_cos);
             if w.truncate() == Vec2::ZERO {
                 back.x = u.x;
@@ -153,10 +129,7 @@ fn cones_of_all_sizes_return_to_their_point() {
         }
         let solid_angle = TAU * f64::from(one_minus_cos);
         let total = solid_angle * f64::from(warp::square_to_uniform_cone_pdf(one_minus_cos));
-        assert!(
-            (total - 1.0).abs() < 4.0 * 6e-8,
-            "cone {one_minus_cos} integrates to {total}"
-        );
+        assert!((total - 1.0).abs() < 4.0 * 6e-8, "cone {one_minus_cos} integrates to {total}");
     }
 }
 
@@ -178,17 +151,10 @@ fn cone_counts(one_minus_cos: f32, claimed: f32, seed: u64) -> Vec<u64> {
 fn cones_are_uniform() {
     let expected = vec![f64::from(SAMPLES) / GRID.cells() as f64; GRID.cells()];
     for (seed, one_minus_cos) in (31..).zip(CONES) {
-        chi_squared(
-            &cone_counts(one_minus_cos, one_minus_cos, seed),
-            &expected,
-            CONES.len(),
-        )
-        .unwrap_or_else(|table| panic!("cone {one_minus_cos}: {table}"));
+        chi_squared(&cone_counts(one_minus_cos, one_minus_cos, seed), &expected, CONES.len())
+            .unwrap_or_else(|table| panic!("cone {one_minus_cos}: {table}"));
         let wider = cone_counts(one_minus_cos, one_minus_cos * 1.05, seed);
-        assert!(
-            chi_squared(&wider, &expected, CONES.len()).is_err(),
-            "cone {one_minus_cos}"
-        );
+        assert!(chi_squared(&wider, &expected, CONES.len()).is_err(), "cone {one_minus_cos}");
     }
 }
 
@@ -199,10 +165,7 @@ fn disk_points_are_uniform_and_return() {
         let back = warp::uniform_disk_to_square(p);
         let difference = (back - u).abs().max_element();
         assert!(difference <= ROUNDING, "{u} -> {p} comes back as {back}");
-        assert!(
-            warp::square_to_uniform_disk_pdf(p) > 0.0,
-            "{u} -> {p} has density 0"
-        );
+        assert!(warp::square_to_uniform_disk_pdf(p) > 0.0, "{u} -> {p} has density 0");
     }
     // Rings of equal area: r² as the height of a cylinder of equal area on the sphere.
     let counts = direction_counts(
@@ -227,10 +190,7 @@ fn triangle_points_are_uniform_and_return() {
         let back = warp::uniform_triangle_to_square(b);
         let difference = (back - u).abs().max_element();
         assert!(difference <= ROUNDING, "{u} -> {b} comes back as {back}");
-        assert!(
-            warp::square_to_uniform_triangle_pdf(b) > 0.0,
-            "{u} -> {b} has density 0"
-        );
+        assert!(warp::square_to_uniform_triangle_pdf(b) > 0.0, "{u} -> {b} has density 0");
     }
     const SIDE: usize = 10;
     let mut counts = [0; SIDE * SIDE];
@@ -246,17 +206,11 @@ fn triangle_points_are_uniform_and_return() {
     };
     let density = f64::from(warp::square_to_uniform_triangle_pdf(Vec2::splat(0.25)));
     let full = density * f64::from(SAMPLES) / (SIDE * SIDE) as f64;
-    let expected: Vec<f64> = (0..SIDE * SIDE)
-        .map(|i| full * share(i % SIDE, i / SIDE))
-        .collect();
+    let expected: Vec<f64> = (0..SIDE * SIDE).map(|i| full * share(i % SIDE, i / SIDE)).collect();
     chi_squared(&counts, &expected, 1).unwrap_or_else(|table| panic!("{table}"));
     let wrong: Vec<f64> = expected.iter().map(|e| e * 1.05).collect();
     assert!(chi_squared(&counts, &wrong, 1).is_err());
-    for outside in [
-        Vec2::new(0.6, 0.5),
-        Vec2::new(-0.1, 0.5),
-        Vec2::new(0.5, -0.1),
-    ] {
+    for outside in [Vec2::new(0.6, 0.5), Vec2::new(-0.1, 0.5), Vec2::new(0.5, -0.1)] {
         assert_eq!(warp::square_to_uniform_triangle_pdf(outside), 0.0);
     }
 }
@@ -266,18 +220,11 @@ fn corners_of_the_square_give_usable_points() {
     for u in corners() {
         for warp in &DIRECTION_WARPS {
             let w = (warp.map)(u);
-            assert!(
-                w.is_finite() && w.length() > 0.999_999,
-                "{}: {u} -> {w}",
-                warp.name
-            );
+            assert!(w.is_finite() && w.length() > 0.999_999, "{}: {u} -> {w}", warp.name);
         }
         for one_minus_cos in CONES {
             let w = warp::square_to_uniform_cone(u, one_minus_cos);
-            assert!(
-                w.is_finite() && w.z >= 0.0,
-                "cone {one_minus_cos}: {u} -> {w}"
-            );
+            assert!(w.is_finite() && w.z >= 0.0, "cone {one_minus_cos}: {u} -> {w}");
         }
     }
 }

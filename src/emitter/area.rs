@@ -22,7 +22,8 @@ impl Area {
     /// `None` if the shape has no area.
     #[must_use]
     pub fn new(shape: Arc<dyn Shape>, radiance: Rgb) -> Option<Self> {
-        let areas: Vec<f64> = (0..shape.primitive_count()).map(|i| shape.primitive_area(i)).collect();
+        let areas: Vec<f64> =
+            (0..shape.primitive_count()).map(|i| shape.primitive_area(i)).collect();
         let primitives = Discrete::new(&areas)?;
         Some(Self { shape, radiance, primitives })
     }

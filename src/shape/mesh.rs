@@ -95,12 +95,17 @@ impl TriangleMesh {
             let [a, b, c] = indices.map(|i| positions[i as usize]);
             let largest = a.abs().max(b.abs()).max(c.abs());
             // NaN is lost by max, so it is asked for by itself; the comparison excludes infinity.
-            if a.is_nan() || b.is_nan() || c.is_nan() || largest.max_element() >= Ray::LARGEST_COORDINATE {
+            if a.is_nan()
+                || b.is_nan()
+                || c.is_nan()
+                || largest.max_element() >= Ray::LARGEST_COORDINATE
+            {
                 dropped.not_finite += 1;
                 return false;
             }
             // In f64, where the products of the smallest f32 differences do not underflow.
-            let (a, b, c) = (Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3());
+            let (a, b, c) =
+                (Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3());
             let degenerate = (b - a).cross(c - a) == glam::DVec3::ZERO;
             dropped.degenerate += usize::from(degenerate);
             !degenerate

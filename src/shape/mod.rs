@@ -148,12 +148,17 @@ pub(crate) fn area_pdf_toward(area: f64, from: Vec3, point: &SurfacePoint) -> f6
 /// The sample for a point chosen uniformly on a primitive of `area`; `None` where it is seen edge-on
 /// or coincides with `from`. In f64, so that neither d² nor 1/area overflows on the way.
 #[must_use]
-pub(crate) fn area_sample_toward(area: f64, from: Vec3, point: SurfacePoint) -> Option<ShapeSample> {
+pub(crate) fn area_sample_toward(
+    area: f64,
+    from: Vec3,
+    point: SurfacePoint,
+) -> Option<ShapeSample> {
     let to = (point.position - from).as_dvec3();
     let distance_squared = to.length_squared();
     let distance = distance_squared.sqrt();
     let direction = to / distance;
-    let solid_angle = direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
+    let solid_angle =
+        direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
     (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {
         point,
         direction: direction.as_vec3(),

@@ -26,7 +26,11 @@ pub fn cube(to_world: DAffine3, flip_normals: bool) -> (TriangleMesh, Dropped) {
         (DVec3::Z, DVec3::Y, DVec3::X),
         (DVec3::NEG_Z, DVec3::NEG_Y, DVec3::X),
     ];
-    build(&faces.map(|(normal, u, v)| Face { u, v, normal, center: normal }), to_world, flip_normals)
+    build(
+        &faces.map(|(normal, u, v)| Face { u, v, normal, center: normal }),
+        to_world,
+        flip_normals,
+    )
 }
 
 /// A square spanned by ±u and ±v around a centre, with texture coordinates growing along u and v.

@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::{Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward};
+use super::{
+    Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
+};
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
 

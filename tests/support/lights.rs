@@ -23,11 +23,7 @@ impl Light {
     /// another point: nearly twice the angle over the smallest cosine, for the light that is nearly
     /// in contact.
     pub(crate) fn direction_error(&self) -> f64 {
-        if self.name.starts_with("sphere around") {
-            1e-5
-        } else {
-            0.0
-        }
+        if self.name.starts_with("sphere around") { 1e-5 } else { 0.0 }
     }
 }
 
@@ -39,12 +35,7 @@ pub(crate) fn square(half: f64, center: Vec3) -> Arc<dyn Shape> {
 }
 
 pub(crate) fn sphere(center: Vec3, radius: f32) -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(
-        center,
-        radius,
-        Frame::from_normal(Vec3::Y),
-        false,
-    ))
+    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3::Y), false))
 }
 
 /// A triangle that faces those who see its corners counter-clockwise.
@@ -81,11 +72,7 @@ pub(crate) fn lights() -> Vec<Light> {
     lights.push(light("cube".into(), cube, above_square(1.0, 2.0)));
     // From inside, a closed surface fills the hemisphere, whatever its shape.
     let inside = DAffine3::from_translation(DVec3::new(0.3, -0.2, 0.4));
-    lights.push(light(
-        "cube around".into(),
-        Arc::new(primitives::cube(inside, true).0),
-        PI,
-    ));
+    lights.push(light("cube around".into(), Arc::new(primitives::cube(inside, true).0), PI));
     for radius in [1.0f32, 0.5] {
         // Ellipse of half axes a and b on the axis at h: π a b / √((a² + h²)(b² + h²)).
         let (a, b, h) = (1.5, f64::from(radius), 2.0);
@@ -95,27 +82,13 @@ pub(crate) fn lights() -> Vec<Light> {
         let expected = PI * a * b / ((a * a + h * h) * (b * b + h * h)).sqrt();
         lights.push(light(format!("disk {a} by {b}"), Arc::new(disk), expected));
     }
-    for (radius, distance) in [
-        (1.0f32, 3.0f32),
-        (1.0, 1.5),
-        (1.0, 1.001),
-        (1e-4, 1.0),
-        (1e-6, 1.0),
-    ] {
+    for (radius, distance) in [(1.0f32, 3.0f32), (1.0, 1.5), (1.0, 1.001), (1e-4, 1.0), (1e-6, 1.0)]
+    {
         let ratio = f64::from(radius) / f64::from(distance);
         let shape = sphere(Vec3::Z * distance, radius);
-        lights.push(light(
-            format!("sphere {radius} at {distance}"),
-            shape,
-            PI * ratio * ratio,
-        ));
+        lights.push(light(format!("sphere {radius} at {distance}"), shape, PI * ratio * ratio));
     }
-    let around = Sphere::new(
-        Vec3::new(0.5, 0.3, -0.6),
-        2.0,
-        Frame::from_normal(Vec3::Y),
-        true,
-    );
+    let around = Sphere::new(Vec3::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3::Y), true);
     lights.push(light("sphere around".into(), Arc::new(around), PI));
     lights
 }

@@ -26,56 +26,23 @@ const BOTH: &[f32] = &[1.0, -1.0];
 
 /// Every material of the library, at least once.
 pub(crate) fn materials() -> Vec<Material> {
-    let row = |plugin, variant, bsdf, sides| Material {
-        plugin,
-        variant,
-        bsdf,
-        sides,
-    };
+    let row = |plugin, variant, bsdf, sides| Material { plugin, variant, bsdf, sides };
     vec![
-        row(
-            "diffuse",
-            "coloured",
-            Box::new(diffuse(Vec3::new(0.8, 0.5, 0.1))),
-            FRONT,
-        ),
+        row("diffuse", "coloured", Box::new(diffuse(Vec3::new(0.8, 0.5, 0.1))), FRONT),
         row("diffuse", "white", Box::new(diffuse(Vec3::ONE)), FRONT),
         row("diffuse", "black", Box::new(diffuse(Vec3::ZERO)), FRONT),
-        row(
-            "conductor",
-            "mirror",
-            Box::new(Conductor::new(None, Vec3::ONE)),
-            FRONT,
-        ),
+        row("conductor", "mirror", Box::new(Conductor::new(None, Vec3::ONE)), FRONT),
         row("conductor", "gold", Box::new(gold()), FRONT),
         row("dielectric", "glass", Box::new(dielectric(1.5, 1.0)), BOTH),
         row("dielectric", "bubble", Box::new(dielectric(1.0, 1.5)), BOTH),
-        row(
-            "dielectric",
-            "diamond in water",
-            Box::new(dielectric(2.419, 1.333)),
-            BOTH,
-        ),
-        row(
-            "dielectric",
-            "equal indices",
-            Box::new(dielectric(1.333, 1.333)),
-            BOTH,
-        ),
+        row("dielectric", "diamond in water", Box::new(dielectric(2.419, 1.333)), BOTH),
+        row("dielectric", "equal indices", Box::new(dielectric(1.333, 1.333)), BOTH),
         row("dielectric", "tinted", Box::new(tinted_glass()), BOTH),
-        row(
-            "twosided",
-            "one material",
-            twosided(diffuse(Vec3::splat(0.7)), None),
-            BOTH,
-        ),
+        row("twosided", "one material", twosided(diffuse(Vec3::splat(0.7)), None), BOTH),
         row(
             "twosided",
             "two materials",
-            twosided(
-                diffuse(Vec3::splat(0.2)),
-                Some(Box::new(diffuse(Vec3::new(0.1, 0.9, 0.4)))),
-            ),
+            twosided(diffuse(Vec3::splat(0.2)), Some(Box::new(diffuse(Vec3::new(0.1, 0.9, 0.4))))),
             BOTH,
         ),
         row(
@@ -101,10 +68,7 @@ fn tinted_glass() -> Dielectric {
 
 /// Near 650, 550 and 450 nm (Johnson and Christy 1972), to two digits.
 fn gold() -> Conductor {
-    let index = ComplexIndex {
-        eta: Vec3::new(0.16, 0.42, 1.38),
-        k: Vec3::new(3.8, 2.4, 1.9),
-    };
+    let index = ComplexIndex { eta: Vec3::new(0.16, 0.42, 1.38), k: Vec3::new(3.8, 2.4, 1.9) };
     Conductor::new(Some(index), Vec3::ONE)
 }
 

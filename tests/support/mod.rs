@@ -44,7 +44,5 @@ pub(crate) fn stratified_points_and_corners(seed: u64, side: u32) -> impl Iterat
 
 /// The corners of the domain of a sampler's numbers.
 pub(crate) fn corners() -> impl Iterator<Item = Vec2> {
-    [0.0, BELOW_ONE]
-        .into_iter()
-        .flat_map(|x| [0.0, BELOW_ONE].map(|y| Vec2::new(x, y)))
+    [0.0, BELOW_ONE].into_iter().flat_map(|x| [0.0, BELOW_ONE].map(|y| Vec2::new(x, y)))
 }

@@ -22,19 +22,11 @@ fn gauss_legendre([low, high]: [f64; 2]) -> [(f64, f64); 5] {
         (5.0 - 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0,
         (5.0 + 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0,
     );
-    let (w_inner, w_outer) = (
-        (322.0 + 13.0 * 70f64.sqrt()) / 900.0,
-        (322.0 - 13.0 * 70f64.sqrt()) / 900.0,
-    );
+    let (w_inner, w_outer) =
+        ((322.0 + 13.0 * 70f64.sqrt()) / 900.0, (322.0 - 13.0 * 70f64.sqrt()) / 900.0);
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-    [
-        (-outer, w_outer),
-        (-inner, w_inner),
-        (0.0, 128.0 / 225.0),
-        (inner, w_inner),
-        (outer, w_outer),
-    ]
-    .map(|(node, weight)| (middle + half * node, half * weight))
+    [(-outer, w_outer), (-inner, w_inner), (0.0, 128.0 / 225.0), (inner, w_inner), (outer, w_outer)]
+        .map(|(node, weight)| (middle + half * node, half * weight))
 }
 
 /// The sphere of directions, cut into cells of equal solid angle: rows in cosθ, columns in φ. With an

@@ -7,29 +7,16 @@ use telamon::shape::{Geometry, Shape};
 /// The nearest hit of `ray` with `shape`.
 pub(crate) fn trace(shape: &dyn Shape, ray: &Ray) -> Option<Hit> {
     match shape.geometry() {
-        Geometry::Analytic(analytic) => analytic.intersect(ray).map(|(t, u, v)| Hit {
-            t,
-            u,
-            v,
-            shape: 0,
-            primitive: 0,
-        }),
-        Geometry::Triangles {
-            positions,
-            triangles,
-        } => triangles
+        Geometry::Analytic(analytic) => {
+            analytic.intersect(ray).map(|(t, u, v)| Hit { t, u, v, shape: 0, primitive: 0 })
+        }
+        Geometry::Triangles { positions, triangles } => triangles
             .iter()
             .zip(0..)
             .filter_map(|(indices, primitive)| {
                 let corners = indices.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
                 let (t, u, v) = triangle(corners, ray)?;
-                Some(Hit {
-                    t,
-                    u,
-                    v,
-                    shape: 0,
-                    primitive,
-                })
+                Some(Hit { t, u, v, shape: 0, primitive })
             })
             .min_by(|a, b| a.t.total_cmp(&b.t)),
     }

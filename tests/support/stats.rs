@@ -23,11 +23,7 @@ pub(crate) fn significance_each(checks: usize) -> f64 {
 /// The table, if the counts do not come from the expected distribution, or if one lies in a cell
 /// that can have none.
 pub(crate) fn chi_squared(observed: &[u64], expected: &[f64], checks: usize) -> Result<(), String> {
-    assert_eq!(
-        observed.len(),
-        expected.len(),
-        "one expected count for each cell"
-    );
+    assert_eq!(observed.len(), expected.len(), "one expected count for each cell");
     let mut order: Vec<usize> = (0..expected.len()).collect();
     order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));
     let (mut statistic, mut cells) = (0.0, 0);
@@ -36,9 +32,7 @@ pub(crate) fn chi_squared(observed: &[u64], expected: &[f64], checks: usize) -> 
         let (o, e) = (observed[cell], expected[cell]);
         if e <= 0.0 && o > 0 {
             let table = table(observed, expected);
-            return Err(format!(
-                "cell {cell} has {o} counts where none can be\n{table}"
-            ));
+            return Err(format!("cell {cell} has {o} counts where none can be\n{table}"));
         }
         // From the smallest up, so that no pool is left over for want of another cell.
         pool = (pool.0 + o as f64, pool.1 + e);
@@ -111,18 +105,10 @@ impl Moments {
     pub(crate) fn has_mean(&self, expected: f64, checks: usize) -> Result<(), String> {
         let deviation = ((self.mean - expected).abs() - 1e-6 * expected.abs()).max(0.0);
         let error = self.standard_error();
-        let t = if deviation == 0.0 {
-            0.0
-        } else {
-            deviation / error
-        };
+        let t = if deviation == 0.0 { 0.0 } else { deviation / error };
         let distribution =
             StudentsT::new(0.0, 1.0, self.count as f64 - 1.0).expect("at least two numbers");
-        let p_value = if t.is_infinite() {
-            0.0
-        } else {
-            2.0 * (1.0 - distribution.cdf(t))
-        };
+        let p_value = if t.is_infinite() { 0.0 } else { 2.0 * (1.0 - distribution.cdf(t)) };
         let level = significance_each(checks);
         if p_value >= level {
             return Ok(());

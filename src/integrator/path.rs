@@ -1,0 +1,167 @@
+//! The path tracer: the single-sum path integral, one path a sample.
+
+use glam::Vec3;
+
+use super::tracer::{Shading, sight};
+use super::{Estimate, Integrator, Tracer, Vertex};
+use crate::emitter::EmitterChoice;
+use crate::math::Rgb;
+use crate::ray::Ray;
+use crate::sampler::PathSampler;
+use crate::scene::Scene;
+use crate::scene::settings::{PathSettings, Strategy};
+
+/// Next-event estimation and directions chosen by the material, weighted by multiple importance
+/// sampling, with Russian roulette (Veach 1997, chapters 8 to 10).
+#[derive(Debug)]
+pub struct Path {
+    settings: PathSettings,
+    emitters: EmitterChoice,
+}
+
+/// How the last edge of a path was chosen.
+#[derive(Clone, Copy)]
+enum LastEdge {
+    /// By the camera or by a delta lobe: no shadow ray could have gone the same way.
+    Forced,
+    /// From a surface at `from`, with density `pdf`.
+    Chosen { from: Vec3, pdf: f32 },
+}
+
+impl Path {
+    /// A path tracer for `scene`.
+    #[must_use]
+    pub fn new(settings: &PathSettings, scene: &Scene) -> Self {
+        let emitters =
+            EmitterChoice::new(settings.emitter_choice, scene.emitters(), scene.radius());
+        Self { settings: *settings, emitters }
+    }
+
+    /// Radiance of the emitter at the end of the last edge, with the weight of having found it by
+    /// following the path.
+    fn emitted(
+        &self,
+        tracer: &Tracer<'_>,
+        ray: &Ray,
+        vertex: Option<&Vertex<'_>>,
+        edge: LastEdge,
+    ) -> Rgb {
+        let Some((index, emitter)) = tracer.emitter_in_sight(vertex) else {
+            return Rgb::ZERO;
+        };
+        let LastEdge::Chosen { from, pdf } = edge else {
+            return emitter.radiance(&sight(ray.origin, ray.direction, vertex));
+        };
+        let sight = sight(from, ray.direction, vertex);
+        let weight = match self.settings.strategy {
+            Strategy::Bsdf => 1.0,
+            Strategy::Emitter => return Rgb::ZERO,
+            Strategy::Mis(heuristic) => {
+                let other = self.emitters.probability(index) * emitter.pdf_toward(&sight);
+                heuristic.weight(pdf, other)
+            }
+        };
+        emitter.radiance(&sight) * weight
+    }
+
+    /// Light that arrives at `vertex` straight from one emitter and is scattered back along the path.
+    fn next_event(
+        &self,
+        tracer: &mut Tracer<'_>,
+        vertex: &Vertex<'_>,
+        shading: &Shading<'_>,
+        sampler: &mut PathSampler<'_>,
+    ) -> Rgb {
+        let u = sampler.next_2d();
+        let Some((index, probability, rest)) = self.emitters.sample(u.x) else {
+            return Rgb::ZERO;
+        };
+        let emitter = &tracer.scene().emitters()[index];
+        let u = glam::Vec2::new(rest, u.y);
+        let Some(light) = emitter.sample_toward(vertex.surface.position, u) else {
+            return Rgb::ZERO;
+        };
+        let wo = shading.to_local(light.direction);
+        let scattered = shading.eval(wo, light.direction);
+        if scattered == Rgb::ZERO || !tracer.light_arrives(&vertex.surface, &light) {
+            return Rgb::ZERO;
+        }
+        let weight = match self.settings.strategy {
+            Strategy::Mis(heuristic) if light.pdf > 0.0 => {
+                let other = self.settings.directions.pdf(shading.bsdf(), shading.wi, wo);
+                heuristic.weight(probability * light.pdf, other)
+            }
+            _ => 1.0,
+        };
+        scattered * light.weight * (weight / probability)
+    }
+}
+
+impl Integrator for Path {
+    fn estimate(
+        &self,
+        tracer: &mut Tracer<'_>,
+        ray: &Ray,
+        sampler: &mut PathSampler<'_>,
+    ) -> Estimate {
+        let s = &self.settings;
+        let mut estimate = Estimate::default();
+        let mut ray = *ray;
+        let mut throughput = Rgb::ONE;
+        // Product of the relative indices that the path was refracted by.
+        let mut eta = 1.0;
+        let mut edge = LastEdge::Forced;
+
+        for edges in 1.. {
+            // The next vertex, and the light that is seen there.
+            let vertex = if edges == 1 {
+                let (vertex, alpha) = tracer.camera_vertex(&mut ray, s.hide_emitters);
+                estimate.alpha = alpha;
+                vertex
+            } else {
+                tracer.closest_vertex(&ray)
+            };
+            if edges > 1 || !s.hide_emitters {
+                estimate.radiance += throughput * self.emitted(tracer, &ray, vertex.as_ref(), edge);
+            }
+            let Some(vertex) = vertex else { break };
+            if s.max_depth.is_some_and(|max| edges >= max) {
+                break;
+            }
+            let shading = Shading::new(&vertex, &ray);
+
+            // One more edge straight to an emitter.
+            if s.strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
+                estimate.radiance +=
+                    throughput * self.next_event(tracer, &vertex, &shading, sampler);
+            }
+
+            // The direction in which the path goes on.
+            let u = sampler.next_2d();
+            let Some(sample) = s.directions.sample(shading.bsdf(), shading.wi, u) else {
+                break;
+            };
+            let direction = shading.to_world(sample.wo);
+            if !shading.sides_agree(sample.wo, direction) {
+                break;
+            }
+            throughput *= sample.weight;
+            eta *= sample.eta;
+            edge = if sample.delta {
+                LastEdge::Forced
+            } else {
+                LastEdge::Chosen { from: vertex.surface.position, pdf: sample.pdf }
+            };
+            ray = vertex.surface.spawn(direction);
+
+            // Whether it goes on.
+            let Some(factor) =
+                s.roulette.play(edges, throughput * (eta * eta), || sampler.next_1d())
+            else {
+                break;
+            };
+            throughput *= factor;
+        }
+        estimate
+    }
+}
