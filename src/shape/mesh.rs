@@ -147,7 +147,7 @@ impl TriangleMesh {
         let [p0, p1, p2] = self.corners(primitive);
         let w = 1.0 - u - v;
         let position = p0 * w + p1 * u + p2 * v;
-        let mut geometric_normal = unit_normal(p1 - p0, p2 - p0);
+        let mut geometric_normal = unit_normal([p0, p1, p2]);
         let mut shading_normal = geometric_normal;
         if !self.normals.is_empty() {
             let [n0, n1, n2] = self.triangles[primitive].map(|i| self.normals[i as usize]);
@@ -205,7 +205,7 @@ impl Shape for TriangleMesh {
         area_sample_toward(self.primitive_area(primitive), from, point)
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.primitive_area(primitive), from, point)
     }
 
@@ -223,14 +223,9 @@ fn clamp_barycentrics(b: Vec2) -> (f32, f32) {
     (u, b.y.clamp(0.0, 1.0 - u))
 }
 
-/// The unit normal of the plane through two edges. Where the f32 product leaves the range (edges
-/// shorter than 1e-19 or longer than 1e19) it is formed in f64.
-fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
-    let n = e1.cross(e2);
-    let length_squared = n.length_squared();
-    if length_squared > 1e-30 && length_squared < 1e30 {
-        n / length_squared.sqrt()
-    } else {
-        e1.as_dvec3().cross(e2.as_dvec3()).normalize().as_vec3()
-    }
+/// The unit normal of the plane through three points. In f64: in f32 the cross product of a sliver
+/// cancels, and those of very short or very long edges leave the range.
+fn unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
+    (b - a).cross(c - a).normalize().as_vec3()
 }
