@@ -223,9 +223,17 @@ fn clamp_barycentrics(b: Vec2) -> (f32, f32) {
     (u, b.y.clamp(0.0, 1.0 - u))
 }
 
-/// The unit normal of the plane through three points. In f64: in f32 the cross product of a sliver
-/// cancels, and those of very short or very long edges leave the range.
+/// The unit normal of the plane through three points. In f32 where that is exact to a few roundings; the
+/// cross product of a sliver cancels, and that of very short or very long edges leaves the range, so
+/// those are formed in f64.
 fn unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    let (e1, e2) = (b - a, c - a);
+    let n = e1.cross(e2);
+    let (length_squared, edges) = (n.length_squared(), e1.length_squared() * e2.length_squared());
+    // sin² of the angle between the edges: above 1/16 at most two bits cancel.
+    if length_squared > 0.0625 * edges && (1e-30..1e30).contains(&edges) {
+        return n / length_squared.sqrt();
+    }
     let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
     (b - a).cross(c - a).normalize().as_vec3()
 }
