@@ -4,6 +4,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod emitter;
 pub mod intersect;
+pub mod load;
 pub mod math;
 pub mod ray;
 pub mod scene;

@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 use glam::{Vec2, Vec3, Vec3A};
+use rayon::prelude::*;
 
 use super::{
     Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward, error_offset,
@@ -85,26 +86,11 @@ impl TriangleMesh {
                 return Err(MeshError::AttributeCount { attribute, count, vertices });
             }
         }
-        for (triangle, indices) in triangles.iter().enumerate() {
-            if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= vertices) {
-                return Err(MeshError::IndexOutOfRange { triangle, vertex, vertices });
-            }
+        let dropped = count_dropped(&positions, &triangles)?;
+        if dropped != Dropped::default() {
+            triangles.retain(|&triangle| defect(&positions, triangle).is_none());
+            triangles.shrink_to_fit();
         }
-        let mut dropped = Dropped::default();
-        triangles.retain(|indices| {
-            let [a, b, c] = indices.map(|i| positions[i as usize]);
-            let largest = a.abs().max(b.abs()).max(c.abs());
-            // NaN is lost by max, so it is asked for by itself; the comparison excludes infinity.
-            if a.is_nan() || b.is_nan() || c.is_nan() || largest.max_element() >= Ray::LARGEST_COORDINATE {
-                dropped.not_finite += 1;
-                return false;
-            }
-            // In f64, where the products of the smallest f32 differences do not underflow.
-            let (a, b, c) = (Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3());
-            let degenerate = (b - a).cross(c - a) == glam::DVec3::ZERO;
-            dropped.degenerate += usize::from(degenerate);
-            !degenerate
-        });
         Ok((Self { positions, triangles, normals, uvs }, dropped))
     }
 
@@ -210,6 +196,55 @@ impl Shape for TriangleMesh {
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.uvs.as_slice())
     }
+}
+
+/// Why a triangle is dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Defect {
+    NotFinite,
+    Degenerate,
+}
+
+/// What is wrong with a triangle whose indices are in range.
+fn defect(positions: &[Vec3A], triangle: [u32; 3]) -> Option<Defect> {
+    let [a, b, c] = triangle.map(|i| positions[i as usize]);
+    let largest = a.abs().max(b.abs()).max(c.abs());
+    // NaN is lost by max, so it is asked for by itself; the comparison excludes infinity.
+    if a.is_nan() || b.is_nan() || c.is_nan() || largest.max_element() >= Ray::LARGEST_COORDINATE {
+        return Some(Defect::NotFinite);
+    }
+    // In f64, where the products of the smallest f32 differences do not underflow.
+    let [a, b, c] = [a, b, c].map(|p| Vec3::from(p).as_dvec3());
+    ((b - a).cross(c - a) == glam::DVec3::ZERO).then_some(Defect::Degenerate)
+}
+
+/// How many triangles are to be dropped, or the first index out of range.
+fn count_dropped(positions: &[Vec3A], triangles: &[[u32; 3]]) -> Result<Dropped, MeshError> {
+    const CHUNK: usize = 1 << 14;
+    let vertices = positions.len();
+    let count = |(chunk, triangles): (usize, &[[u32; 3]])| {
+        let mut dropped = Dropped::default();
+        for (i, &indices) in triangles.iter().enumerate() {
+            if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= vertices) {
+                let triangle = chunk * CHUNK + i;
+                return Err(MeshError::IndexOutOfRange { triangle, vertex, vertices });
+            }
+            match defect(positions, indices) {
+                None => {}
+                Some(Defect::NotFinite) => dropped.not_finite += 1,
+                Some(Defect::Degenerate) => dropped.degenerate += 1,
+            }
+        }
+        Ok(dropped)
+    };
+    let counted: Vec<_> = triangles.par_chunks(CHUNK).enumerate().map(count).collect();
+    counted.into_iter().try_fold(Dropped::default(), |sum, chunk| {
+        let chunk = chunk?;
+        Ok(Dropped {
+            not_finite: sum.not_finite + chunk.not_finite,
+            degenerate: sum.degenerate + chunk.degenerate,
+        })
+    })
 }
 
 /// Engines may report weights slightly outside the triangle; inside, interpolation cannot overshoot.
