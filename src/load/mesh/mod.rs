@@ -20,6 +20,7 @@ use glam::DAffine3;
 
 pub use error::{MeshFileError, MeshProblem};
 
+use self::error::Fault;
 use crate::shape::mesh::{Dropped, TriangleMesh};
 
 /// How a file's mesh is put into the world.
@@ -57,7 +58,7 @@ pub struct LoadedMesh {
 /// # Errors
 /// A file that cannot be read, any other keyword, a malformed line, an index that refers to nothing.
 pub fn load_obj(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, MeshFileError> {
-    obj::load(path, options).map_err(|fault| fault.in_file(path))
+    in_file(path, || obj::load(path, options))
 }
 
 /// The mesh in a PLY file: ASCII, or binary in either byte order.
@@ -70,5 +71,16 @@ pub fn load_obj(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, MeshFi
 /// A file that cannot be read, has no vertices or faces, has triangle strips, ends early or goes on
 /// after the last element, a malformed value, an index that refers to nothing.
 pub fn load_ply(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, MeshFileError> {
-    ply::load(path, options).map_err(|fault| fault.in_file(path))
+    in_file(path, || ply::load(path, options))
 }
+
+/// Loads on rayon's threads: a small file then costs one handover to them and not one per step.
+fn in_file(
+    path: &Path,
+    load: impl FnOnce() -> Result<LoadedMesh, Fault> + Send,
+) -> Result<LoadedMesh, MeshFileError> {
+    rayon::scope(|_| load()).map_err(|fault| fault.in_file(path))
+}
+
+#[cfg(test)]
+mod tests;

@@ -109,6 +109,15 @@ fn ends_line(text: &[u8], i: usize) -> bool {
     text[i] == b'\n' && !text[..i].ends_with(b"\\") && !text[..i].ends_with(b"\\\r")
 }
 
+/// Whether a word is over, if this text follows.
+fn ends_word(text: &[u8]) -> bool {
+    match text {
+        [] => true,
+        [b'\\', after @ ..] => after.starts_with(b"\n") || after.starts_with(b"\r\n"),
+        [byte, ..] => byte.is_ascii_whitespace(),
+    }
+}
+
 /// Blocks of whole lines.
 struct Blocks<'a> {
     source: &'a mut Source,
@@ -193,7 +202,7 @@ impl<'a> Cursor<'a> {
     pub(super) fn line_ends(&mut self) -> bool {
         loop {
             match self.text[self.at..] {
-                [b' ' | b'\t' | b'\r', ..] => self.at += 1,
+                [b' ' | b'\t' | b'\r' | b'\x0c', ..] => self.at += 1,
                 [b'\\', b'\n', ..] => self.enter_line(self.at + 2),
                 [b'\\', b'\r', b'\n', ..] => self.enter_line(self.at + 3),
                 [] | [b'\n' | b'#', ..] => return true,
@@ -208,9 +217,8 @@ impl<'a> Cursor<'a> {
             return &[];
         }
         let rest = &self.text[self.at..];
-        let length = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
+        let length = (1..rest.len())
+            .find(|&i| ends_word(&rest[i..]))
             .unwrap_or(rest.len());
         self.at += length;
         &rest[..length]
@@ -223,7 +231,7 @@ impl<'a> Cursor<'a> {
         }
         let rest = &self.text[self.at..];
         match fast_float2::parse_partial::<f64, _>(rest) {
-            Ok((value, length)) if rest.get(length).is_none_or(u8::is_ascii_whitespace) => {
+            Ok((value, length)) if ends_word(&rest[length..]) => {
                 self.at += length;
                 Ok(Some(value))
             }
@@ -241,7 +249,7 @@ impl<'a> Cursor<'a> {
         }
         let rest = &self.text[self.at..];
         match parse_integer(rest) {
-            (Some(value), after) if after.first().is_none_or(u8::is_ascii_whitespace) => {
+            (Some(value), after) if ends_word(after) => {
                 self.at += rest.len() - after.len();
                 Ok(Some(value))
             }

@@ -19,7 +19,7 @@ pub(super) fn read(
     for element in records.elements() {
         if found < element.count {
             let place = Place::Line {
-                line: lines.max(1),
+                line: lines,
                 column: 1,
             };
             let (element, count) = (element.name.clone(), element.count);
