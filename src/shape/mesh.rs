@@ -86,9 +86,15 @@ impl TriangleMesh {
                 return Err(MeshError::AttributeCount { attribute, count, vertices });
             }
         }
-        let dropped = count_dropped(&positions, &triangles)?;
-        if dropped != Dropped::default() {
-            triangles.retain(|&triangle| defect(&positions, triangle).is_none());
+        let (dropped, defective) = find_defective(&positions, &triangles)?;
+        if !defective.is_empty() {
+            let mut defective = defective.into_iter().peekable();
+            let mut triangle = 0;
+            triangles.retain(|_| {
+                let keep = defective.next_if_eq(&triangle).is_none();
+                triangle += 1;
+                keep
+            });
             triangles.shrink_to_fit();
         }
         Ok((Self { positions, triangles, normals, uvs }, dropped))
@@ -218,33 +224,35 @@ fn defect(positions: &[Vec3A], triangle: [u32; 3]) -> Option<Defect> {
     ((b - a).cross(c - a) == glam::DVec3::ZERO).then_some(Defect::Degenerate)
 }
 
-/// How many triangles are to be dropped, or the first index out of range.
-fn count_dropped(positions: &[Vec3A], triangles: &[[u32; 3]]) -> Result<Dropped, MeshError> {
+/// The triangles to be dropped, in order, or the first index out of range.
+fn find_defective(
+    positions: &[Vec3A],
+    triangles: &[[u32; 3]],
+) -> Result<(Dropped, Vec<usize>), MeshError> {
     const CHUNK: usize = 1 << 14;
     let vertices = positions.len();
-    let count = |(chunk, triangles): (usize, &[[u32; 3]])| {
-        let mut dropped = Dropped::default();
-        for (i, &indices) in triangles.iter().enumerate() {
+    let check = |(chunk, triangles): (usize, &[[u32; 3]])| {
+        let mut defective = Vec::new();
+        for (triangle, &indices) in (chunk * CHUNK..).zip(triangles) {
             if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= vertices) {
-                let triangle = chunk * CHUNK + i;
                 return Err(MeshError::IndexOutOfRange { triangle, vertex, vertices });
             }
-            match defect(positions, indices) {
-                None => {}
-                Some(Defect::NotFinite) => dropped.not_finite += 1,
-                Some(Defect::Degenerate) => dropped.degenerate += 1,
-            }
+            defective.extend(defect(positions, indices).map(|defect| (triangle, defect)));
         }
-        Ok(dropped)
+        Ok(defective)
     };
-    let counted: Vec<_> = triangles.par_chunks(CHUNK).enumerate().map(count).collect();
-    counted.into_iter().try_fold(Dropped::default(), |sum, chunk| {
-        let chunk = chunk?;
-        Ok(Dropped {
-            not_finite: sum.not_finite + chunk.not_finite,
-            degenerate: sum.degenerate + chunk.degenerate,
-        })
-    })
+    let checked: Vec<_> = triangles.par_chunks(CHUNK).enumerate().map(check).collect();
+    let (mut dropped, mut all) = (Dropped::default(), Vec::new());
+    for chunk in checked {
+        for (triangle, defect) in chunk? {
+            match defect {
+                Defect::NotFinite => dropped.not_finite += 1,
+                Defect::Degenerate => dropped.degenerate += 1,
+            }
+            all.push(triangle);
+        }
+    }
+    Ok((dropped, all))
 }
 
 /// Engines may report weights slightly outside the triangle; inside, interpolation cannot overshoot.
@@ -262,5 +270,40 @@ fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
         n / length_squared.sqrt()
     } else {
         e1.as_dvec3().cross(e2.as_dvec3()).normalize().as_vec3()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(triangles: Vec<[u32; 3]>) -> Result<(TriangleMesh, Dropped), MeshError> {
+        let positions = vec![Vec3A::ZERO, Vec3A::X, Vec3A::Y, Vec3A::NAN, Vec3A::splat(f32::INFINITY)];
+        TriangleMesh::new(positions, triangles, Vec::new(), Vec::new())
+    }
+
+    #[test]
+    fn defective_triangles_are_dropped_and_counted() {
+        // More than one chunk; the order of the others stays.
+        let good = |i: usize| if i % 2 == 0 { [0, 1, 2] } else { [1, 2, 0] };
+        let mut triangles: Vec<_> = (0..40_000).map(good).collect();
+        for (i, bad) in [(0, [0, 1, 1]), (17_000, [0, 1, 3]), (39_998, [2, 4, 1])] {
+            triangles[i] = bad;
+        }
+        let (mesh, dropped) = mesh(triangles).expect("indices are in range");
+        assert_eq!(dropped, Dropped { not_finite: 2, degenerate: 1 });
+        let kept = (0..40_000).filter(|i| ![0, 17_000, 39_998].contains(i)).map(good);
+        assert!(mesh.triangles().iter().copied().eq(kept));
+    }
+
+    #[test]
+    fn the_first_index_out_of_range_is_named() {
+        let mut triangles = vec![[0, 1, 2]; 100_000];
+        triangles[30_000] = [0, 5, 1];
+        triangles[90_000] = [7, 5, 1];
+        assert_eq!(
+            mesh(triangles).expect_err("an index out of range").to_string(),
+            "triangle 30000 refers to vertex 5, but there are 5 vertices"
+        );
     }
 }

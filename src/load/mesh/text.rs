@@ -110,7 +110,7 @@ fn ends_line(text: &[u8], i: usize) -> bool {
 }
 
 /// Whether a word is over, if this text follows.
-fn ends_word(text: &[u8]) -> bool {
+pub(super) fn ends_word(text: &[u8]) -> bool {
     match text {
         [] => true,
         [b'\\', after @ ..] => after.starts_with(b"\n") || after.starts_with(b"\r\n"),
@@ -260,6 +260,16 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// The text from here on.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        &self.text[self.at..]
+    }
+
+    /// Goes on by so many bytes of the line.
+    pub(super) fn advance(&mut self, bytes: usize) {
+        self.at += bytes;
+    }
+
     /// An error unless the line ends here.
     pub(super) fn expect_line_end(&mut self) -> Result<(), Fault> {
         match self.word() {
@@ -270,13 +280,13 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A problem with the word that was read last.
+    /// A problem with the word that was read last, or is about to be read.
     pub(super) fn fault(&self, problem: MeshProblem) -> Fault {
         let (line, column) = self.line_and_column();
         Fault::new(Place::Line { line, column }, problem)
     }
 
-    /// Where the word that was read last begins, both from 1.
+    /// Where that word begins, both from 1.
     pub(super) fn line_and_column(&self) -> (u64, u64) {
         let before = &self.text[self.line_start..self.at];
         let start = before

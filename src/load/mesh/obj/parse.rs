@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::super::buffers::Placement;
 use super::super::error::{Fault, MeshProblem, Place, excerpt};
-use super::super::text::{Cursor, parse_integer};
+use super::super::text::{Cursor, ends_word, parse_integer};
 use super::Attributes;
 use super::corners::Corner;
 
@@ -174,22 +174,20 @@ fn face(cursor: &mut Cursor, known: Counts, part: &mut Part) -> Result<(), Fault
     Ok(())
 }
 
-/// A corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+/// The corner at the cursor: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
 fn corner(
     cursor: &mut Cursor,
     known: Counts,
     furthest: &mut [Option<Reference>; 3],
 ) -> Result<Corner, Fault> {
-    let word = cursor.word();
+    let text = cursor.rest();
     let mut indices = [None; 3];
-    let mut rest = word;
+    let mut rest = text;
     for (attribute, index) in indices.iter_mut().enumerate() {
         // The texture coordinate of `v//vn`.
         if attribute != 1 || !rest.starts_with(b"/") {
             let (value, after) = parse_integer(rest);
-            let Some(value) = value else {
-                return Err(not_a_corner(cursor, word));
-            };
+            let Some(value) = value else { break };
             *index = Some(resolve(
                 cursor,
                 attribute,
@@ -200,7 +198,8 @@ fn corner(
             rest = after;
         }
         match rest {
-            [] if index.is_some() => {
+            _ if index.is_some() && ends_word(rest) => {
+                cursor.advance(text.len() - rest.len());
                 let [vertex, uv, normal] = indices;
                 // The first attribute is never left out.
                 return Ok(Corner {
@@ -210,16 +209,11 @@ fn corner(
                 });
             }
             [b'/', after @ ..] if attribute < 2 => rest = after,
-            _ => return Err(not_a_corner(cursor, word)),
+            _ => break,
         }
     }
-    Err(not_a_corner(cursor, word))
-}
-
-fn not_a_corner(cursor: &Cursor, word: &[u8]) -> Fault {
-    cursor.fault(MeshProblem::NotACorner {
-        found: excerpt(word),
-    })
+    let found = excerpt(cursor.word());
+    Err(cursor.fault(MeshProblem::NotACorner { found }))
 }
 
 /// An index that counts from 0.

@@ -92,18 +92,28 @@ impl Bytes {
     }
 
     /// The next bytes, the least significant first.
+    #[inline]
     fn next<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        if !self.remaining(N)? {
-            return Err(MeshProblem::MissingValue.into());
-        }
+        let mut bytes = match self.block[self.at..].first_chunk() {
+            Some(bytes) => *bytes,
+            None => self.next_in_file()?,
+        };
         self.last = self.before + self.at as u64;
-        let mut bytes = [0; N];
-        bytes.copy_from_slice(&self.block[self.at..self.at + N]);
         self.at += N;
         if self.big_endian {
             bytes.reverse();
         }
         Ok(bytes)
+    }
+
+    /// The bytes at `at`, where the block does not hold all of them.
+    #[cold]
+    fn next_in_file<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        self.remaining(N)?;
+        let bytes = self.block[self.at..].first_chunk();
+        bytes
+            .copied()
+            .ok_or_else(|| MeshProblem::MissingValue.into())
     }
 
     /// How many bytes of the file were read.

@@ -12,8 +12,7 @@ const LONGEST_HEADER: u64 = 1 << 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
-    LittleEndian,
-    BigEndian,
+    Binary { big_endian: bool },
 }
 
 /// The type of a number.
@@ -169,8 +168,10 @@ impl<R: BufRead> Lines<R> {
     fn encoding(&self, words: &mut SplitAsciiWhitespace) -> Result<Encoding, Fault> {
         match (words.next(), words.next()) {
             (Some("ascii"), Some("1.0")) => Ok(Encoding::Ascii),
-            (Some("binary_little_endian"), Some("1.0")) => Ok(Encoding::LittleEndian),
-            (Some("binary_big_endian"), Some("1.0")) => Ok(Encoding::BigEndian),
+            (Some("binary_little_endian"), Some("1.0")) => {
+                Ok(Encoding::Binary { big_endian: false })
+            }
+            (Some("binary_big_endian"), Some("1.0")) => Ok(Encoding::Binary { big_endian: true }),
             _ => {
                 Err(self
                     .fault("format ascii 1.0, binary_little_endian 1.0 or binary_big_endian 1.0"))

@@ -25,10 +25,9 @@ pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fau
     records.reserve(&source, &mut buffers);
     match header.encoding {
         Encoding::Ascii => ascii::read(&mut source, header.lines, &records, &mut buffers)?,
-        Encoding::LittleEndian => {
-            binary::read(source, header.bytes, false, &records, &mut buffers)?
+        Encoding::Binary { big_endian } => {
+            binary::read(source, header.bytes, big_endian, &records, &mut buffers)?;
         }
-        Encoding::BigEndian => binary::read(source, header.bytes, true, &records, &mut buffers)?,
     }
     buffers.finish(options)
 }
