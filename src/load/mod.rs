@@ -1,0 +1,3 @@
+//! Files in: scenes and meshes become validated values.
+
+pub mod mesh;
