@@ -6,6 +6,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::{
     Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
+    error_offset,
 };
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
@@ -35,9 +36,13 @@ impl Sphere {
             position: self.center + outward * self.radius,
             geometric_normal: normal,
             shading_normal: normal,
-            offset: super::error_offset(Vec3::ONE, self.center.abs() * outward.abs())
-                + super::error_offset(Vec3::X, Vec3::splat(self.radius)),
+            offset: self.offset(outward),
         }
+    }
+
+    /// The bound of the rounding error of a point in direction `outward` from the centre.
+    fn offset(&self, outward: Vec3) -> f32 {
+        error_offset(outward, self.center.abs()) + error_offset(Vec3::X, Vec3::splat(self.radius))
     }
 }
 
@@ -176,14 +181,15 @@ impl Cone {
 }
 
 impl Sphere {
-    /// `None` from inside and from a point on the surface.
+    /// `None` from inside and from the surface, on whichever side of it rounding has put `from`.
     fn cone_from(&self, from: Vec3) -> Option<Cone> {
         let to_center = self.center.as_dvec3() - from.as_dvec3();
         let distance = to_center.length();
+        let reach = f64::from(self.radius + self.offset(Vec3::ONE));
         let sin = f64::from(self.radius) / distance;
         // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
         let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
-        (sin < 1.0).then(|| Cone {
+        (distance > reach).then(|| Cone {
             axis: (to_center / distance).as_vec3(),
             one_minus_cos: one_minus_cos as f32,
             distance,
