@@ -136,11 +136,9 @@ mod tests {
     #[test]
     fn principal_point_moves_the_centre() {
         let offset = Vec2::new(0.25, -0.5);
-        let camera = Perspective::new(&PerspectiveSettings {
-            principal_point_offset: offset,
-            ..settings()
-        })
-        .expect("valid");
+        let camera =
+            Perspective::new(&PerspectiveSettings { principal_point_offset: offset, ..settings() })
+                .expect("valid");
         assert_eq!(camera.ray(Vec2::splat(0.5) - offset).direction, Vec3::Z);
     }
 
@@ -165,7 +163,8 @@ mod tests {
         let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
         let result = Perspective::new(&PerspectiveSettings { to_world: flat, ..settings() });
         assert_eq!(result.err(), Some(CameraError::Singular));
-        let result = Perspective::new(&PerspectiveSettings { near_clip: 3.0, far_clip: 2.0, ..settings() });
+        let result =
+            Perspective::new(&PerspectiveSettings { near_clip: 3.0, far_clip: 2.0, ..settings() });
         assert_eq!(result.err(), Some(CameraError::Clip { near: 3.0, far: 2.0 }));
     }
 }

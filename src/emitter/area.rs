@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
 use crate::math::{Discrete, Rgb, luminance};
-use crate::shape::Shape;
+use crate::shape::{Shape, SurfacePoint};
 
 /// The same radiance in all directions from the front of a shape.
 #[derive(Debug)]
@@ -22,7 +22,8 @@ impl Area {
     /// `None` if the shape has no area.
     #[must_use]
     pub fn new(shape: Arc<dyn Shape>, radiance: Rgb) -> Option<Self> {
-        let areas: Vec<f64> = (0..shape.primitive_count()).map(|i| shape.primitive_area(i)).collect();
+        let areas: Vec<f64> =
+            (0..shape.primitive_count()).map(|i| shape.primitive_area(i)).collect();
         let primitives = Discrete::new(&areas)?;
         Some(Self { shape, radiance, primitives })
     }
@@ -32,28 +33,31 @@ impl Emitter for Area {
     fn sample_toward(&self, from: Vec3, u: Vec2) -> Option<EmitterSample> {
         let (primitive, rest) = self.primitives.sample(u.x);
         let sample = self.shape.sample_primitive(primitive, from, Vec2::new(rest, u.y))?;
-        if sample.point.geometric_normal.dot(sample.direction) >= 0.0 {
+        if !is_front(&sample.point, sample.direction) {
             return None;
         }
-        let probability = self.primitives.probability(primitive);
+        let pdf = sample.pdf * self.primitives.probability(primitive);
         Some(EmitterSample {
             direction: sample.direction,
-            weight: self.radiance * (f64::from(sample.inverse_pdf) / probability) as f32,
-            pdf: sample.pdf * probability as f32,
+            weight: (self.radiance.as_dvec3() / pdf).as_vec3(),
+            pdf: narrow(pdf),
             origin: LightOrigin::Surface(sample.point),
         })
     }
 
     fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
-        sight.surface.map_or(0.0, |(primitive, point)| {
-            let pdf = self.shape.primitive_pdf(primitive, sight.from, point);
-            pdf * self.primitives.probability(primitive) as f32
-        })
+        match sight.surface {
+            Some((primitive, point)) if is_front(point, sight.direction) => {
+                let pdf = self.shape.primitive_pdf(primitive, sight.from, point);
+                narrow(pdf * self.primitives.probability(primitive))
+            }
+            _ => 0.0,
+        }
     }
 
     fn radiance(&self, sight: &Sight<'_>) -> Rgb {
         match sight.surface {
-            Some((_, point)) if point.geometric_normal.dot(sight.direction) < 0.0 => self.radiance,
+            Some((_, point)) if is_front(point, sight.direction) => self.radiance,
             _ => Rgb::ZERO,
         }
     }
@@ -61,4 +65,14 @@ impl Emitter for Area {
     fn power(&self, _scene_radius: f64) -> f64 {
         PI * self.primitives.total() * f64::from(luminance(self.radiance))
     }
+}
+
+/// Whether `direction` arrives at the side that emits.
+fn is_front(point: &SurfacePoint, direction: Vec3) -> bool {
+    point.geometric_normal.dot(direction) < 0.0
+}
+
+/// The density as an f32: a finite one even where a light of a solid angle below 1e-38 has a greater.
+fn narrow(pdf: f64) -> f32 {
+    pdf.min(f64::from(f32::MAX)) as f32
 }

@@ -4,16 +4,21 @@
 //! which [`Ray::is_traceable`] is false hits nothing. Hits at exactly `t_min` or `t_max` may go either
 //! way. Neither engine changes how the processor treats denormal numbers: they are kept, in both.
 
-use std::fmt::Debug;
+use std::fmt::{self, Debug, Display, Formatter};
+use std::str::FromStr;
 use std::sync::Arc;
 
 use crate::ray::{Hit, Ray};
 use crate::shape::Shape;
 
 pub mod bvh;
+#[cfg(feature = "embree")]
+pub mod embree;
 mod moller_trumbore;
 
 pub use bvh::Bvh;
+#[cfg(feature = "embree")]
+pub use embree::Embree;
 
 /// Answers ray queries over the shapes that it was built from.
 pub trait Intersector: Debug + Send + Sync {
@@ -50,4 +55,88 @@ pub enum Backend {
     Embree,
     /// The BVH of this crate, with Möller–Trumbore triangles.
     Rust,
+}
+
+impl Backend {
+    /// The engines that this build contains, the default first.
+    pub const AVAILABLE: &'static [Self] = &[
+        #[cfg(feature = "embree")]
+        Self::Embree,
+        Self::Rust,
+    ];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => "embree",
+            Self::Rust => "rust",
+        }
+    }
+}
+
+impl Default for Backend {
+    fn default() -> Self {
+        Self::AVAILABLE[0]
+    }
+}
+
+impl Display for Backend {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Backend {
+    type Err = UnknownBackend;
+
+    fn from_str(name: &str) -> Result<Self, UnknownBackend> {
+        let found = Self::AVAILABLE.iter().find(|b| b.name() == name);
+        found.copied().ok_or_else(|| UnknownBackend { name: name.to_owned() })
+    }
+}
+
+/// A name that no engine of this build has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no backend `{name}` in this build (expected one of: {})", available_names())]
+pub struct UnknownBackend {
+    name: String,
+}
+
+fn available_names() -> String {
+    let names: Vec<_> = Backend::AVAILABLE.iter().map(|b| b.name()).collect();
+    names.join(", ")
+}
+
+/// Why an engine could not be built.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BuildError {
+    /// Embree refused, in its own words.
+    #[cfg(feature = "embree")]
+    #[error("Embree: {0}")]
+    Embree(String),
+}
+
+/// Builds `backend` over `shapes`; a hit's `shape` is an index into them.
+///
+/// # Errors
+/// What the engine itself refuses, such as a build that runs out of memory.
+pub fn build(
+    backend: Backend,
+    shapes: &[Arc<dyn Shape>],
+) -> Result<Box<dyn Intersector>, BuildError> {
+    match backend {
+        #[cfg(feature = "embree")]
+        Backend::Embree => Ok(Box::new(Embree::new(shapes)?)),
+        Backend::Rust => Ok(Box::new(Bvh::new(shapes))),
+    }
+}
+
+/// Answers a batch ray by ray.
+fn for_each_ray<T>(rays: &[Ray], answers: &mut [T], answer: impl Fn(&Ray) -> T) {
+    assert_eq!(rays.len(), answers.len(), "one answer for each ray");
+    for (ray, slot) in rays.iter().zip(answers) {
+        *slot = answer(ray);
+    }
 }

@@ -17,9 +17,7 @@ impl Aabb {
 
     /// The smallest box around `points`; [`Aabb::EMPTY`] if there are none.
     pub fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
-        points
-            .into_iter()
-            .fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
     }
 
     /// The smallest box around both.

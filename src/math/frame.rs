@@ -55,12 +55,8 @@ mod tests {
             let theta = 10f64.powf(-8.0 + 8.0 * f64::from(i) / 20_000.0);
             let phi = f64::from(i) * 2.399_963;
             normals.push(
-                glam::DVec3::new(
-                    theta.sin() * phi.cos(),
-                    theta.sin() * phi.sin(),
-                    -theta.cos(),
-                )
-                .as_vec3(),
+                glam::DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), -theta.cos())
+                    .as_vec3(),
             );
         }
         for n in normals {

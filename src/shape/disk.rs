@@ -114,7 +114,7 @@ impl Shape for Disk {
         area_sample_toward(self.area, from, point)
     }
 
-    fn primitive_pdf(&self, _primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+    fn primitive_pdf(&self, _primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.area, from, point)
     }
 

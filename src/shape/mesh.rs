@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 use glam::{Vec2, Vec3, Vec3A};
+use rayon::prelude::*;
 
 use super::{
     Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward, error_offset,
@@ -85,26 +86,17 @@ impl TriangleMesh {
                 return Err(MeshError::AttributeCount { attribute, count, vertices });
             }
         }
-        for (triangle, indices) in triangles.iter().enumerate() {
-            if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= vertices) {
-                return Err(MeshError::IndexOutOfRange { triangle, vertex, vertices });
-            }
+        let (dropped, defective) = find_defective(&positions, &triangles)?;
+        if !defective.is_empty() {
+            let mut defective = defective.into_iter().peekable();
+            let mut triangle = 0;
+            triangles.retain(|_| {
+                let keep = defective.next_if_eq(&triangle).is_none();
+                triangle += 1;
+                keep
+            });
+            triangles.shrink_to_fit();
         }
-        let mut dropped = Dropped::default();
-        triangles.retain(|indices| {
-            let [a, b, c] = indices.map(|i| positions[i as usize]);
-            let largest = a.abs().max(b.abs()).max(c.abs());
-            // NaN is lost by max, so it is asked for by itself; the comparison excludes infinity.
-            if a.is_nan() || b.is_nan() || c.is_nan() || largest.max_element() >= Ray::LARGEST_COORDINATE {
-                dropped.not_finite += 1;
-                return false;
-            }
-            // In f64, where the products of the smallest f32 differences do not underflow.
-            let (a, b, c) = (Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3());
-            let degenerate = (b - a).cross(c - a) == glam::DVec3::ZERO;
-            dropped.degenerate += usize::from(degenerate);
-            !degenerate
-        });
         Ok((Self { positions, triangles, normals, uvs }, dropped))
     }
 
@@ -142,7 +134,7 @@ impl TriangleMesh {
         let [p0, p1, p2] = self.corners(primitive);
         let w = 1.0 - u - v;
         let position = p0 * w + p1 * u + p2 * v;
-        let mut geometric_normal = unit_normal(p1 - p0, p2 - p0);
+        let mut geometric_normal = unit_normal([p0, p1, p2]);
         let mut shading_normal = geometric_normal;
         if !self.normals.is_empty() {
             let [n0, n1, n2] = self.triangles[primitive].map(|i| self.normals[i as usize]);
@@ -200,7 +192,7 @@ impl Shape for TriangleMesh {
         area_sample_toward(self.primitive_area(primitive), from, point)
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.primitive_area(primitive), from, point)
     }
 
@@ -212,20 +204,110 @@ impl Shape for TriangleMesh {
     }
 }
 
+/// Why a triangle is dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Defect {
+    NotFinite,
+    Degenerate,
+}
+
+/// What is wrong with a triangle whose indices are in range.
+fn defect(positions: &[Vec3A], triangle: [u32; 3]) -> Option<Defect> {
+    let [a, b, c] = triangle.map(|i| positions[i as usize]);
+    let largest = a.abs().max(b.abs()).max(c.abs());
+    // NaN is lost by max, so it is asked for by itself; the comparison excludes infinity.
+    if a.is_nan() || b.is_nan() || c.is_nan() || largest.max_element() >= Ray::LARGEST_COORDINATE {
+        return Some(Defect::NotFinite);
+    }
+    // In f64, where the products of the smallest f32 differences do not underflow.
+    let [a, b, c] = [a, b, c].map(|p| Vec3::from(p).as_dvec3());
+    ((b - a).cross(c - a) == glam::DVec3::ZERO).then_some(Defect::Degenerate)
+}
+
+/// The triangles to be dropped, in order, or the first index out of range.
+fn find_defective(
+    positions: &[Vec3A],
+    triangles: &[[u32; 3]],
+) -> Result<(Dropped, Vec<usize>), MeshError> {
+    const CHUNK: usize = 1 << 14;
+    let vertices = positions.len();
+    let check = |(chunk, triangles): (usize, &[[u32; 3]])| {
+        let mut defective = Vec::new();
+        for (triangle, &indices) in (chunk * CHUNK..).zip(triangles) {
+            if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= vertices) {
+                return Err(MeshError::IndexOutOfRange { triangle, vertex, vertices });
+            }
+            defective.extend(defect(positions, indices).map(|defect| (triangle, defect)));
+        }
+        Ok(defective)
+    };
+    let checked: Vec<_> = triangles.par_chunks(CHUNK).enumerate().map(check).collect();
+    let (mut dropped, mut all) = (Dropped::default(), Vec::new());
+    for chunk in checked {
+        for (triangle, defect) in chunk? {
+            match defect {
+                Defect::NotFinite => dropped.not_finite += 1,
+                Defect::Degenerate => dropped.degenerate += 1,
+            }
+            all.push(triangle);
+        }
+    }
+    Ok((dropped, all))
+}
+
 /// Engines may report weights slightly outside the triangle; inside, interpolation cannot overshoot.
 fn clamp_barycentrics(b: Vec2) -> (f32, f32) {
     let u = b.x.clamp(0.0, 1.0);
     (u, b.y.clamp(0.0, 1.0 - u))
 }
 
-/// The unit normal of the plane through two edges. Where the f32 product leaves the range (edges
-/// shorter than 1e-19 or longer than 1e19) it is formed in f64.
-fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
+/// The unit normal of the plane through three points. In f32 where that is exact to a few roundings; the
+/// cross product of a sliver cancels, and that of very short or very long edges leaves the range, so
+/// those are formed in f64.
+fn unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    let (e1, e2) = (b - a, c - a);
     let n = e1.cross(e2);
-    let length_squared = n.length_squared();
-    if length_squared > 1e-30 && length_squared < 1e30 {
-        n / length_squared.sqrt()
-    } else {
-        e1.as_dvec3().cross(e2.as_dvec3()).normalize().as_vec3()
+    let (length_squared, edges) = (n.length_squared(), e1.length_squared() * e2.length_squared());
+    // sin² of the angle between the edges: above 1/16 at most two bits cancel.
+    if length_squared > 0.0625 * edges && (1e-30..1e30).contains(&edges) {
+        return n / length_squared.sqrt();
+    }
+    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
+    (b - a).cross(c - a).normalize().as_vec3()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(triangles: Vec<[u32; 3]>) -> Result<(TriangleMesh, Dropped), MeshError> {
+        let positions =
+            vec![Vec3A::ZERO, Vec3A::X, Vec3A::Y, Vec3A::NAN, Vec3A::splat(f32::INFINITY)];
+        TriangleMesh::new(positions, triangles, Vec::new(), Vec::new())
+    }
+
+    #[test]
+    fn defective_triangles_are_dropped_and_counted() {
+        // More than one chunk; the order of the others stays.
+        let good = |i: usize| if i % 2 == 0 { [0, 1, 2] } else { [1, 2, 0] };
+        let mut triangles: Vec<_> = (0..40_000).map(good).collect();
+        for (i, bad) in [(0, [0, 1, 1]), (17_000, [0, 1, 3]), (39_998, [2, 4, 1])] {
+            triangles[i] = bad;
+        }
+        let (mesh, dropped) = mesh(triangles).expect("indices are in range");
+        assert_eq!(dropped, Dropped { not_finite: 2, degenerate: 1 });
+        let kept = (0..40_000).filter(|i| ![0, 17_000, 39_998].contains(i)).map(good);
+        assert!(mesh.triangles().iter().copied().eq(kept));
+    }
+
+    #[test]
+    fn the_first_index_out_of_range_is_named() {
+        let mut triangles = vec![[0, 1, 2]; 100_000];
+        triangles[30_000] = [0, 5, 1];
+        triangles[90_000] = [7, 5, 1];
+        assert_eq!(
+            mesh(triangles).expect_err("an index out of range").to_string(),
+            "triangle 30000 refers to vertex 5, but there are 5 vertices"
+        );
     }
 }

@@ -64,7 +64,8 @@ pub trait Shape: Debug + Send + Sync {
 
     /// Density with which [`Shape::sample_primitive`] chooses the direction from `from` to `point`,
     /// which lies on that primitive, in sr⁻¹; 0 where it never does.
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32;
+    /// In f64, because a primitive may be too small for its density to be an f32.
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64;
 
     /// Bytes held by the shape's buffers.
     fn bytes(&self) -> usize;
@@ -115,11 +116,9 @@ pub struct ShapeSample {
     pub direction: Vec3,
     /// Distance to it, in scene units.
     pub distance: f32,
-    /// 1 / density, in sr. Kept as it is and not formed from `pdf`, since for a tiny and distant
-    /// primitive one of the two leaves the range of f32.
-    pub inverse_pdf: f32,
-    /// Density per solid angle, in sr⁻¹.
-    pub pdf: f32,
+    /// Density per solid angle, in sr⁻¹. In f64, since for a tiny and distant primitive it or its
+    /// inverse leaves the range of f32, though not after the choice of the primitive is counted in.
+    pub pdf: f64,
 }
 
 /// How far a ray has to start from a surface whose points are computed in f32 from coordinates of
@@ -138,28 +137,32 @@ pub fn error_offset(normal: Vec3, extent: Vec3) -> f32 {
 /// Density per solid angle of a point chosen uniformly on a primitive of `area`, as seen from
 /// `from`; 0 where the primitive is seen edge-on.
 #[must_use]
-pub(crate) fn area_pdf_toward(area: f64, from: Vec3, point: &SurfacePoint) -> f32 {
+pub(crate) fn area_pdf_toward(area: f64, from: Vec3, point: &SurfacePoint) -> f64 {
     let to = (point.position - from).as_dvec3();
     let distance_squared = to.length_squared();
     let cosine = (to.dot(point.geometric_normal.as_dvec3()) / distance_squared.sqrt()).abs();
     let pdf = distance_squared / (cosine * area);
-    if pdf.is_finite() { pdf as f32 } else { 0.0 }
+    if pdf.is_finite() { pdf } else { 0.0 }
 }
 
 /// The sample for a point chosen uniformly on a primitive of `area`; `None` where it is seen edge-on
 /// or coincides with `from`. In f64, so that neither d² nor 1/area overflows on the way.
 #[must_use]
-pub(crate) fn area_sample_toward(area: f64, from: Vec3, point: SurfacePoint) -> Option<ShapeSample> {
+pub(crate) fn area_sample_toward(
+    area: f64,
+    from: Vec3,
+    point: SurfacePoint,
+) -> Option<ShapeSample> {
     let to = (point.position - from).as_dvec3();
     let distance_squared = to.length_squared();
     let distance = distance_squared.sqrt();
     let direction = to / distance;
-    let solid_angle = direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
+    let solid_angle =
+        direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
     (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {
         point,
         direction: direction.as_vec3(),
         distance: distance as f32,
-        inverse_pdf: solid_angle as f32,
-        pdf: (1.0 / solid_angle) as f32,
+        pdf: 1.0 / solid_angle,
     })
 }

@@ -2,9 +2,12 @@
 
 use std::f64::consts::PI;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
-use super::{Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward};
+use super::{
+    Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
+    error_offset,
+};
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
 
@@ -33,16 +36,22 @@ impl Sphere {
             position: self.center + outward * self.radius,
             geometric_normal: normal,
             shading_normal: normal,
-            offset: super::error_offset(Vec3::ONE, self.center.abs() * outward.abs())
-                + super::error_offset(Vec3::X, Vec3::splat(self.radius)),
+            offset: self.offset(outward),
         }
+    }
+
+    /// The bound of the rounding error of a point in direction `outward` from the centre.
+    fn offset(&self, outward: Vec3) -> f32 {
+        error_offset(outward, self.center.abs()) + error_offset(Vec3::X, Vec3::splat(self.radius))
     }
 }
 
-impl Analytic for Sphere {
+impl Sphere {
+    /// Distances at which the whole line of `ray` meets the sphere, the smaller first.
+    ///
     /// Solves the quadratic in f64: with f32 the discriminant cancels for a sphere that is small
     /// against its distance (Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
-    fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
+    fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
         let origin = ray.origin.as_dvec3() - self.center.as_dvec3();
         let direction = ray.direction.as_dvec3();
         let radius = f64::from(self.radius);
@@ -57,14 +66,18 @@ impl Analytic for Sphere {
         // The root without cancellation first, the other from the product of both.
         let q = b + root.copysign(b);
         let c = origin.length_squared() - radius * radius;
-        let (mut near, mut far) = (c / q, q / a);
-        if near > far {
-            std::mem::swap(&mut near, &mut far);
-        }
-        [near as f32, far as f32]
-            .into_iter()
-            .find(|&t| t >= ray.t_min && t <= ray.t_max)
-            .map(|t| (t, 0.0, 0.0))
+        let (near, far) = (c / q, q / a);
+        Some(if near > far { [far, near] } else { [near, far] })
+    }
+}
+
+impl Analytic for Sphere {
+    /// The first parameter is 0 where the ray's line enters the sphere, 1 where it leaves.
+    fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
+        let [near, far] = self.roots(ray)?.map(|t| t as f32);
+        let within = |t: f32| t >= ray.t_min && t <= ray.t_max;
+        let hit = [(near, 0.0, 0.0), (far, 1.0, 0.0)];
+        hit.into_iter().find(|&(t, ..)| within(t))
     }
 
     fn bounds(&self) -> Aabb {
@@ -84,8 +97,11 @@ impl Shape for Sphere {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        // Projecting on the sphere removes the error that t has at a distance.
-        let p = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(hit.t);
+        // The distance again, in f64: rounded to f32 it moves the point along the ray by up to
+        // 6e-8 t, which for a distant sphere may be more than its radius.
+        let [near, far] = self.roots(ray).unwrap_or([f64::from(hit.t); 2]);
+        let t = if hit.u < 0.5 { near } else { far };
+        let p = ray.origin.as_dvec3() + ray.direction.as_dvec3() * t;
         self.surface_at((p - self.center.as_dvec3()).normalize().as_vec3())
     }
 
@@ -116,26 +132,31 @@ impl Shape for Sphere {
         let frame = Frame::from_normal(cone.axis);
         let local = warp::square_to_uniform_cone(u, cone.one_minus_cos);
         let direction = frame.to_world(local).normalize();
-        // The angle at the centre between the axis and the point that the direction meets first:
-        // the law of sines, in sines only, so that it holds for the smallest cones.
+        // The near root along that direction, and the point it leads to, relative to the centre and in
+        // the cone's frame. Not by way of `direction`: rounding it to f32 moves the end by more than
+        // the radius of a distant sphere.
         let sin_squared = f64::from(local.x).powi(2) + f64::from(local.y).powi(2);
+        let cos = (1.0 - sin_squared).max(0.0).sqrt();
         let (d, r) = (cone.distance, f64::from(self.radius));
-        let along = d * (1.0 - sin_squared).max(0.0).sqrt();
-        let t = along - (r * r - d * d * sin_squared).max(0.0).sqrt();
-        let on_sphere = from.as_dvec3() + direction.as_dvec3() * t;
-        let outward = (on_sphere - self.center.as_dvec3()).normalize().as_vec3();
+        let half_chord = (r * r - d * d * sin_squared).max(0.0).sqrt();
+        let t = d * cos - half_chord;
+        let from_center = DVec3::new(
+            t * f64::from(local.x),
+            t * f64::from(local.y),
+            -d * sin_squared - cos * half_chord,
+        );
+        let outward = frame.to_world(from_center.normalize().as_vec3()).normalize();
         Some(ShapeSample {
             point: self.surface_at(outward),
             direction,
             distance: t as f32,
-            inverse_pdf: std::f32::consts::TAU * cone.one_minus_cos,
-            pdf: warp::square_to_uniform_cone_pdf(cone.one_minus_cos),
+            pdf: cone.pdf(),
         })
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f32 {
+    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
         match self.cone_from(from) {
-            Some(cone) => warp::square_to_uniform_cone_pdf(cone.one_minus_cos),
+            Some(cone) => cone.pdf(),
             None => area_pdf_toward(self.primitive_area(primitive), from, point),
         }
     }
@@ -152,15 +173,23 @@ struct Cone {
     distance: f64,
 }
 
+impl Cone {
+    /// Density of directions uniform in the cone, in sr⁻¹.
+    fn pdf(&self) -> f64 {
+        f64::from(warp::square_to_uniform_cone_pdf(self.one_minus_cos))
+    }
+}
+
 impl Sphere {
-    /// `None` from inside and from a point on the surface.
+    /// `None` from inside and from the surface, on whichever side of it rounding has put `from`.
     fn cone_from(&self, from: Vec3) -> Option<Cone> {
         let to_center = self.center.as_dvec3() - from.as_dvec3();
         let distance = to_center.length();
+        let reach = f64::from(self.radius + self.offset(Vec3::ONE));
         let sin = f64::from(self.radius) / distance;
         // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
         let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
-        (sin < 1.0).then(|| Cone {
+        (distance > reach).then(|| Cone {
             axis: (to_center / distance).as_vec3(),
             one_minus_cos: one_minus_cos as f32,
             distance,

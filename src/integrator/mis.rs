@@ -1,0 +1,56 @@
+//! Multiple importance sampling: how two techniques that can choose the same direction share it.
+
+use crate::scene::settings::MisHeuristic;
+
+impl MisHeuristic {
+    /// The weight of a technique that chose a direction with density `own`, where another could have
+    /// chosen it with density `other` (both in sr⁻¹, one sample each). The two weights sum to 1.
+    ///
+    /// Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering" (1995),
+    /// equations 9 and 10. Written with the quotient of the densities, whose square
+    /// underflows to 0 or overflows to infinity where the squares of both would give 0/0 or ∞/∞.
+    #[must_use]
+    pub fn weight(self, own: f32, other: f32) -> f32 {
+        if own.is_nan() || own <= 0.0 {
+            return 0.0;
+        }
+        let ratio = other / own;
+        match self {
+            Self::Balance => 1.0 / (1.0 + ratio),
+            Self::Power => 1.0 / (1.0 + ratio * ratio),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs whose squares leave the range of f32.
+    #[test]
+    fn power_heuristic_holds_at_the_extremes() {
+        for (own, other, expected) in [
+            (1e30, 1.0, 1.0),
+            (2e19, 2e19, 0.5),
+            (1e-23, 2e-23, 0.2),
+            (0.0, 1.0, 0.0),
+            (1.0, 0.0, 1.0),
+            (f32::INFINITY, 1.0, 1.0),
+            (0.0, 0.0, 0.0),
+        ] {
+            assert_eq!(MisHeuristic::Power.weight(own, other), expected, "({own}, {other})");
+        }
+    }
+
+    /// One rounding of the quotient, of its square, of the sum and of the division in each weight.
+    #[test]
+    fn weights_sum_to_one() {
+        for heuristic in [MisHeuristic::Balance, MisHeuristic::Power] {
+            for i in -60..60 {
+                let other = 1.3f32.powi(i);
+                let sum = heuristic.weight(1.0, other) + heuristic.weight(other, 1.0);
+                assert!((sum - 1.0).abs() < 8.0 * f32::EPSILON, "{heuristic:?} {other}: {sum}");
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Light transport: each integrator estimates the radiance that arrives along one ray.
+
+use std::fmt::Debug;
+
+use crate::math::Rgb;
+use crate::ray::Ray;
+use crate::sampler::PathSampler;
+use crate::scene::Scene;
+use crate::scene::settings::IntegratorSettings;
+
+pub mod ambient_occlusion;
+pub mod aov;
+pub mod branching;
+pub mod direct_uniform;
+mod directions;
+pub mod mis;
+pub mod path;
+mod roulette;
+mod tracer;
+
+pub use ambient_occlusion::AmbientOcclusion;
+pub use aov::Aov;
+pub use branching::Branching;
+pub use direct_uniform::DirectUniform;
+pub use path::Path;
+pub use tracer::{RayCounts, Tracer, Vertex};
+
+/// Estimates the radiance along a ray.
+pub trait Integrator: Debug + Send + Sync {
+    /// One unbiased estimate f(x)/p(x) of the radiance that arrives at the origin of `ray` from its
+    /// direction: no loop over samples inside.
+    fn estimate(
+        &self,
+        tracer: &mut Tracer<'_>,
+        ray: &Ray,
+        sampler: &mut PathSampler<'_>,
+    ) -> Estimate;
+}
+
+/// One estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Radiance, linear sRGB.
+    pub radiance: Rgb,
+    /// 1 if the ray met something that is part of the picture, else 0.
+    pub alpha: f32,
+}
+
+/// The integrator that makes the picture, and the layers beside it.
+pub type Parts<'a> = (Option<Box<dyn Integrator>>, Option<Aov<'a>>);
+
+/// Builds what `settings` ask for, for use with `scene`.
+#[must_use]
+pub fn build<'a>(settings: &'a IntegratorSettings, scene: &Scene) -> Parts<'a> {
+    match *settings {
+        IntegratorSettings::Path(ref path) => (Some(Box::new(Path::new(path, scene))), None),
+        IntegratorSettings::DirectUniform { hide_emitters } => {
+            (Some(Box::new(DirectUniform::new(hide_emitters))), None)
+        }
+        IntegratorSettings::Branching { branches, max_depth, directions, hide_emitters } => {
+            let branching = Branching::new(branches, max_depth, directions, hide_emitters);
+            (Some(Box::new(branching)), None)
+        }
+        IntegratorSettings::AmbientOcclusion { ray_length } => {
+            (Some(Box::new(AmbientOcclusion::new(ray_length))), None)
+        }
+        IntegratorSettings::Aov { ref layers, ref picture } => {
+            let (picture, nested) = picture.as_deref().map_or((None, None), |p| build(p, scene));
+            debug_assert!(nested.is_none(), "layers within layers are refused by the loader");
+            (picture, Some(Aov::new(layers)))
+        }
+    }
+}

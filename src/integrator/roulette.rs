@@ -1,0 +1,69 @@
+//! Russian roulette.
+
+use crate::math::Rgb;
+use crate::scene::settings::{Roulette, RoulettePolicy};
+
+impl Roulette {
+    /// Plays for a path of `edges` edges: the factor by which its throughput is to be multiplied if it
+    /// goes on, `None` if it ends.
+    ///
+    /// `throughput` is the path's own, undone of the scaling by squared refractive indices. Only the 1/p
+    /// of this step compensates. `u` in `[0, 1)` is drawn only where chance decides.
+    pub(super) fn play(&self, edges: u32, throughput: Rgb, u: impl FnOnce() -> f32) -> Option<f32> {
+        let largest = throughput.max_element();
+        if largest.is_nan() || largest <= 0.0 {
+            // Nothing left to carry. NaN goes on, to be counted with the sample it spoils.
+            return largest.is_nan().then_some(1.0);
+        }
+        let survival = match self.policy {
+            _ if edges < self.min_depth => return Some(1.0),
+            RoulettePolicy::None => return Some(1.0),
+            RoulettePolicy::Fixed(p) => p,
+            RoulettePolicy::Throughput => largest,
+        }
+        .min(self.max_survival);
+        // Below the normal range 1/p would be infinite.
+        (survival >= f32::MIN_POSITIVE && u() < survival).then(|| 1.0 / survival)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const THROUGHPUT: Roulette =
+        Roulette { policy: RoulettePolicy::Throughput, min_depth: 3, max_survival: 0.99 };
+
+    fn no_draw() -> f32 {
+        panic!("no number was needed")
+    }
+
+    #[test]
+    fn short_paths_go_on_without_a_draw() {
+        assert_eq!(THROUGHPUT.play(2, Rgb::splat(0.1), no_draw), Some(1.0));
+        let none = Roulette { policy: RoulettePolicy::None, ..THROUGHPUT };
+        assert_eq!(none.play(100, Rgb::splat(0.1), no_draw), Some(1.0));
+    }
+
+    #[test]
+    fn the_factor_is_the_inverse_of_this_steps_probability() {
+        let dim = Rgb::new(0.1, 0.25, 0.2);
+        assert_eq!(THROUGHPUT.play(3, dim, || 0.249), Some(4.0));
+        assert_eq!(THROUGHPUT.play(3, dim, || 0.25), None);
+        let fixed = Roulette { policy: RoulettePolicy::Fixed(0.5), ..THROUGHPUT };
+        assert_eq!(fixed.play(3, dim, || 0.499), Some(2.0));
+        assert_eq!(fixed.play(3, dim, || 0.5), None);
+    }
+
+    #[test]
+    fn survival_is_clamped_where_throughput_exceeds_one() {
+        assert_eq!(THROUGHPUT.play(3, Rgb::splat(2.25), || 0.98), Some(1.0 / 0.99));
+        assert_eq!(THROUGHPUT.play(3, Rgb::splat(2.25), || 0.99), None);
+    }
+
+    #[test]
+    fn paths_that_carry_nothing_end() {
+        assert_eq!(THROUGHPUT.play(0, Rgb::ZERO, no_draw), None);
+        assert_eq!(THROUGHPUT.play(3, Rgb::splat(1e-39), no_draw), None);
+    }
+}

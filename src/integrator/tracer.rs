@@ -1,0 +1,224 @@
+//! What every integrator asks of a scene: the next vertex of a path, and whether light gets through.
+
+use glam::Vec3;
+
+use crate::bsdf::Bsdf;
+use crate::emitter::{Emitter, EmitterSample, Sight};
+use crate::intersect::Intersector;
+use crate::math::{Frame, Rgb};
+use crate::ray::{Hit, Ray};
+use crate::sampler::PathSampler;
+use crate::scene::settings::DirectionSampling;
+use crate::scene::{Object, Scene};
+use crate::shape::SurfacePoint;
+
+/// How many rays were traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// Closest-hit queries.
+    pub closest: u64,
+    /// Occlusion queries.
+    pub occlusion: u64,
+    /// Rays among these that no engine could be asked about; more than 0 is a bug unless the scene's
+    /// numbers leave the range of f32.
+    pub untraceable: u64,
+}
+
+impl RayCounts {
+    /// Closest-hit and occlusion queries together.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.closest + self.occlusion
+    }
+}
+
+impl std::ops::AddAssign for RayCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.closest += other.closest;
+        self.occlusion += other.occlusion;
+        self.untraceable += other.untraceable;
+    }
+}
+
+/// A scene with the engine that was built over it, as one thread sees them.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    scene: &'a Scene,
+    engine: &'a dyn Intersector,
+    /// Rays traced so far.
+    pub counts: RayCounts,
+}
+
+/// A point where a path meets a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex<'a> {
+    /// What was hit.
+    pub object: &'a Object,
+    /// Where, in the engine's words.
+    pub hit: Hit,
+    /// Where, in space.
+    pub surface: SurfacePoint,
+    /// The object's material.
+    pub bsdf: &'a dyn Bsdf,
+}
+
+impl<'a> Tracer<'a> {
+    /// `engine` must have been built over the shapes of `scene`.
+    #[must_use]
+    pub fn new(scene: &'a Scene, engine: &'a dyn Intersector) -> Self {
+        Self { scene, engine, counts: RayCounts::default() }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The nearest surface along `ray`.
+    pub fn closest_vertex(&mut self, ray: &Ray) -> Option<Vertex<'a>> {
+        self.counts.closest += 1;
+        let Some(hit) = self.engine.closest_hit(ray) else {
+            // Asked only of rays that found nothing, which is what engines say to untraceable ones.
+            self.counts.untraceable += u64::from(!ray.is_traceable());
+            return None;
+        };
+        let object = &self.scene.objects()[hit.shape as usize];
+        let surface = object.shape.surface(ray, &hit);
+        Some(Vertex { object, hit, surface, bsdf: self.scene.bsdfs()[object.bsdf].as_ref() })
+    }
+
+    /// The first vertex of a path from the camera, and 1 if `ray` met something that is part of the
+    /// picture, else 0. With `hide_emitters` the ray passes through emitters, as in Mitsuba 3, and is
+    /// moved behind them.
+    pub fn camera_vertex(
+        &mut self,
+        ray: &mut Ray,
+        hide_emitters: bool,
+    ) -> (Option<Vertex<'a>>, f32) {
+        loop {
+            let vertex = self.closest_vertex(ray);
+            match vertex {
+                Some(ref v) if hide_emitters && v.object.emitter.is_some() => {
+                    *ray = v.surface.spawn(ray.direction).until(ray.t_max - v.hit.t);
+                }
+                Some(_) => return (vertex, 1.0),
+                None => {
+                    let seen = !hide_emitters && self.scene.environment().is_some();
+                    return (None, f32::from(u8::from(seen)));
+                }
+            }
+        }
+    }
+
+    /// Whether nothing lies between a surface and the light that `sample` chose.
+    pub fn light_arrives(&mut self, surface: &SurfacePoint, sample: &EmitterSample) -> bool {
+        let Some(ray) = sample.shadow_ray(surface) else {
+            return true;
+        };
+        !self.occluded(&ray)
+    }
+
+    /// Whether anything lies within the ray's segment.
+    pub fn occluded(&mut self, ray: &Ray) -> bool {
+        self.counts.occlusion += 1;
+        let occluded = self.engine.occluded(ray);
+        if !occluded {
+            self.counts.untraceable += u64::from(!ray.is_traceable());
+        }
+        occluded
+    }
+
+    /// The emitter at the end of a ray: that of the surface it hit, or the environment if it hit none.
+    /// With its index.
+    #[must_use]
+    pub fn emitter_in_sight(
+        &self,
+        vertex: Option<&Vertex<'a>>,
+    ) -> Option<(usize, &'a dyn Emitter)> {
+        match vertex {
+            Some(vertex) => vertex.object.emitter.map(|i| (i, self.scene.emitters()[i].as_ref())),
+            None => self.scene.environment(),
+        }
+    }
+
+    /// Radiance of the emitter at the end of `ray`, which met `vertex` or left the scene.
+    #[must_use]
+    pub fn emitted(&self, ray: &Ray, vertex: Option<&Vertex<'a>>) -> Rgb {
+        self.emitter_in_sight(vertex).map_or(Rgb::ZERO, |(_, emitter)| {
+            emitter.radiance(&sight(ray.origin, ray.direction, vertex))
+        })
+    }
+}
+
+/// The line of sight from `from` to `vertex`, or out of the scene.
+pub(super) fn sight<'v>(from: Vec3, direction: Vec3, vertex: Option<&'v Vertex<'_>>) -> Sight<'v> {
+    let surface = vertex.map(|v| (v.hit.primitive as usize, &v.surface));
+    Sight { from, direction, surface }
+}
+
+/// A vertex as its material sees it: a frame around the shading normal, and the rule that the geometric
+/// normal decides what is a reflection.
+#[derive(Debug)]
+pub(super) struct Shading<'a> {
+    bsdf: &'a dyn Bsdf,
+    frame: Frame,
+    geometric_normal: Vec3,
+    /// Where the path came from, local.
+    pub(super) wi: Vec3,
+    /// Cosine of the same with the geometric normal.
+    cos_geometric: f32,
+}
+
+impl<'a> Shading<'a> {
+    pub(super) fn new(vertex: &Vertex<'a>, ray: &Ray) -> Self {
+        let frame = vertex.surface.frame();
+        let geometric_normal = vertex.surface.geometric_normal;
+        Self {
+            bsdf: vertex.bsdf,
+            frame,
+            geometric_normal,
+            wi: frame.to_local(-ray.direction),
+            cos_geometric: -ray.direction.dot(geometric_normal),
+        }
+    }
+
+    pub(super) fn bsdf(&self) -> &'a dyn Bsdf {
+        self.bsdf
+    }
+
+    /// A direction for the path to go on, in the world, with the weight f·|cosθ|/pdf. `None` where it
+    /// ends.
+    pub(super) fn scatter(
+        &self,
+        directions: DirectionSampling,
+        sampler: &mut PathSampler<'_>,
+    ) -> Option<(Vec3, Rgb)> {
+        let sample = directions.sample(self.bsdf, self.wi, sampler.next_2d())?;
+        let direction = self.to_world(sample.wo);
+        self.sides_agree(sample.wo, direction).then_some((direction, sample.weight))
+    }
+
+    pub(super) fn to_local(&self, direction: Vec3) -> Vec3 {
+        self.frame.to_local(direction)
+    }
+
+    pub(super) fn to_world(&self, local: Vec3) -> Vec3 {
+        self.frame.to_world(local)
+    }
+
+    /// Whether the shading normal and the geometric normal agree on which side of the surface `wo` is
+    /// (local and world form of one direction): whether it is a reflection for both, or for neither.
+    /// Where they do not, light would leak through the surface (Veach 1997, section 5.3).
+    pub(super) fn sides_agree(&self, wo: Vec3, wo_world: Vec3) -> bool {
+        let reflected = self.wi.z * wo.z > 0.0;
+        let reflected_geometrically =
+            self.cos_geometric * self.geometric_normal.dot(wo_world) > 0.0;
+        reflected == reflected_geometrically
+    }
+
+    /// f·|cosθ| towards a world direction; 0 where the normals disagree about the side.
+    pub(super) fn eval(&self, wo: Vec3, wo_world: Vec3) -> Rgb {
+        if self.sides_agree(wo, wo_world) { self.bsdf.eval(self.wi, wo) } else { Rgb::ZERO }
+    }
+}

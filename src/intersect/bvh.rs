@@ -1,4 +1,0 @@
-//! placeholder
-/// Rust engine.
-#[derive(Debug)]
-pub struct Bvh;

@@ -1,0 +1,82 @@
+//! The buffers of a mesh while it is read, and how they are put into the world.
+
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
+
+use super::error::Fault;
+use super::{LoadedMesh, MeshOptions};
+use crate::shape::TriangleMesh;
+
+/// A mesh, or the piece of one that a block of a file holds.
+#[derive(Debug, Default)]
+pub(super) struct Buffers {
+    pub(super) positions: Vec<Vec3A>,
+    pub(super) normals: Vec<Vec3>,
+    pub(super) uvs: Vec<Vec2>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+impl Buffers {
+    /// Adds a piece at the end. Its triangles already have the indices of the whole mesh.
+    pub(super) fn append(&mut self, piece: &Self) {
+        self.positions.extend_from_slice(&piece.positions);
+        self.normals.extend_from_slice(&piece.normals);
+        self.uvs.extend_from_slice(&piece.uvs);
+        self.triangles.extend_from_slice(&piece.triangles);
+    }
+
+    /// The mesh, with no memory to spare.
+    pub(super) fn finish(mut self, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
+        if options.flip_normals {
+            for triangle in &mut self.triangles {
+                triangle.swap(1, 2);
+            }
+        }
+        self.positions.shrink_to_fit();
+        self.normals.shrink_to_fit();
+        self.uvs.shrink_to_fit();
+        self.triangles.shrink_to_fit();
+        let (mesh, dropped) =
+            TriangleMesh::new(self.positions, self.triangles, self.normals, self.uvs)?;
+        Ok(LoadedMesh { mesh, dropped })
+    }
+}
+
+/// What happens to each value of a file on its way into the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    to_world: DAffine3,
+    normal_to_world: DMat3,
+    flip_tex_coords: bool,
+}
+
+impl Placement {
+    pub(super) fn new(options: &MeshOptions) -> Self {
+        let m = options.to_world.matrix3;
+        let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+        // The cofactors are the inverse transpose times the determinant. They exist for a singular
+        // matrix too, and only the determinant's sign matters: normals are normalised.
+        let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+        let outward = if options.flip_normals { -1.0 } else { 1.0 };
+        Self {
+            to_world: options.to_world,
+            normal_to_world: cofactors * (outward * m.determinant().signum()),
+            flip_tex_coords: options.flip_tex_coords,
+        }
+    }
+
+    /// A position in the world, rounded once.
+    pub(super) fn position(&self, p: DVec3) -> Vec3A {
+        self.to_world.transform_point3(p).as_vec3a()
+    }
+
+    /// A unit normal in the world; zero where the file's has no direction.
+    pub(super) fn normal(&self, n: DVec3) -> Vec3 {
+        (self.normal_to_world * n).normalize_or_zero().as_vec3()
+    }
+
+    /// Texture coordinates.
+    pub(super) fn uv(&self, u: f64, v: f64) -> Vec2 {
+        let v = if self.flip_tex_coords { 1.0 - v } else { v };
+        Vec2::new(u as f32, v as f32)
+    }
+}

@@ -1,0 +1,84 @@
+//! Wavefront OBJ: lines that begin with a keyword, indices that count from 1 over the whole file.
+
+mod corners;
+mod parse;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use glam::{Vec2, Vec3, Vec3A};
+
+use self::corners::{Corner, Corners};
+use self::parse::{Counts, Part, Reference};
+use super::buffers::Placement;
+use super::error::Fault;
+use super::source::Source;
+use super::text::{self, Cursor, TextFormat};
+use super::{LoadedMesh, MeshOptions};
+
+pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
+    let mut source = Source::open(path)?;
+    let mut obj = Obj {
+        placement: Placement::new(options),
+        face_normals: options.face_normals,
+        attributes: Attributes::default(),
+        corners: Corners::default(),
+        furthest: [None; 3],
+    };
+    let (_, counts) = text::read(&mut source, &mut obj, 0, Counts::default())?;
+    for (reference, count) in obj.furthest.iter().zip(counts.0) {
+        reference.map_or(Ok(()), |reference: Reference| reference.check(count))?;
+    }
+    obj.corners.finish(obj.attributes).finish(options)
+}
+
+/// What the lines `v`, `vt` and `vn` of a file, or a part of it, hold; each has its own indices.
+#[derive(Debug, Default)]
+struct Attributes {
+    positions: Vec<Vec3A>,
+    uvs: Vec<Vec2>,
+    normals: Vec<Vec3>,
+}
+
+struct Obj {
+    placement: Placement,
+    face_normals: bool,
+    attributes: Attributes,
+    corners: Corners,
+    /// For v, vt and vn, the largest index that was ahead of its time. Whether it refers to
+    /// something is only known at the end.
+    furthest: [Option<Reference>; 3],
+}
+
+impl TextFormat for Obj {
+    type Count = Counts;
+    type Part = Part;
+
+    fn count(&self, part: &mut Cursor) -> Counts {
+        parse::count(part)
+    }
+
+    fn parse(&self, part: &mut Cursor, before: Counts) -> Result<Part, Fault> {
+        parse::parse(part, before, &self.placement)
+    }
+
+    fn take(&mut self, part: Part) -> Result<(), Fault> {
+        self.attributes.positions.extend_from_slice(&part.attributes.positions);
+        self.attributes.uvs.extend_from_slice(&part.attributes.uvs);
+        self.attributes.normals.extend_from_slice(&part.attributes.normals);
+        let known = self.attributes.positions.len();
+        for triangle in part.triangles {
+            let corners = triangle.map(|corner| Corner {
+                normal: corner.normal.filter(|_| !self.face_normals),
+                ..corner
+            });
+            self.corners.push(corners, known)?;
+        }
+        for (furthest, reference) in self.furthest.iter_mut().zip(part.furthest) {
+            Reference::keep_larger(furthest, reference);
+        }
+        Ok(())
+    }
+}

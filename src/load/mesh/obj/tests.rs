@@ -1,0 +1,97 @@
+use glam::{Vec2, Vec3, Vec3A};
+
+use super::super::load_obj;
+use super::super::tests::{mesh, message};
+
+const VERTICES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
+
+fn with(lines: &str) -> String {
+    VERTICES.to_owned() + lines
+}
+
+#[test]
+fn vertices_split_where_attributes_differ() {
+    let file = with("vt 0.5\nvt 1 0 7\nvn 0 0 2\nf 1//1 2/1/1 3/2/1\nf 2/1/1 4 3//1\n");
+    let mesh = mesh(load_obj, file);
+    // Of vertex 3, one with and one without texture coordinates.
+    assert_eq!(mesh.triangles(), [[0, 1, 2], [1, 3, 4]]);
+    assert_eq!(
+        mesh.positions(),
+        [Vec3A::ZERO, Vec3A::X, Vec3A::Y, Vec3A::new(1.0, 1.0, 0.0), Vec3A::Y]
+    );
+    let half = Vec2::new(0.5, 0.0);
+    assert_eq!(mesh.uvs(), [Vec2::ZERO, half, Vec2::X, Vec2::ZERO, Vec2::ZERO]);
+    assert_eq!(mesh.normals(), [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::ZERO, Vec3::Z]);
+}
+
+#[test]
+fn vertices_that_were_shared_are_split_later() {
+    let file =
+        with("vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nf 1/1 2/2 3/3\nf 2/2 4/1 3/3\nf 2/2 4/4 3/3\n");
+    let mesh = mesh(load_obj, file);
+    assert_eq!(mesh.triangles(), [[0, 1, 2], [1, 3, 2], [1, 4, 2]]);
+    assert_eq!(mesh.uvs()[3..], [Vec2::ZERO, Vec2::ONE]);
+}
+
+#[test]
+fn equal_indices_keep_the_vertices() {
+    let file = with("vn 0 0 1\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//2 3//3\n");
+    let mesh = mesh(load_obj, file);
+    // The fourth vertex is not used and has no normal.
+    assert_eq!(mesh.positions().len(), 4);
+    assert_eq!(mesh.normals(), [Vec3::Z, Vec3::Z, Vec3::X, Vec3::ZERO]);
+}
+
+#[test]
+fn faces_may_come_before_their_vertices() {
+    let faces = "f 1 2 3\nf 2//1 4 3\n";
+    let mesh = mesh(load_obj, faces.to_owned() + VERTICES + "vn 0 0 1\n");
+    let corner =
+        |triangle: usize, i: usize| mesh.positions()[mesh.triangles()[triangle][i] as usize];
+    assert_eq!([corner(0, 1), corner(0, 2), corner(1, 0)], [Vec3A::X, Vec3A::Y, Vec3A::X]);
+}
+
+/// A fan whose centre has a texture coordinate of its own in each triangle, as at the pole of a
+/// sphere, takes linear time and stays right.
+#[test]
+fn poles_are_split() {
+    let mut file = with("");
+    for i in 0..1000 {
+        file += &format!("vt {i}\n");
+    }
+    for i in 1..=1000 {
+        file += &format!("f 1/{i} 2/1 3/1\n");
+    }
+    let mesh = mesh(load_obj, file);
+    assert_eq!(mesh.positions().len(), 1002);
+    assert!((0..1000).all(|i| mesh.uvs()[mesh.triangles()[i][0] as usize].x == i as f32));
+}
+
+#[test]
+fn every_problem_is_named() {
+    for (lines, expected) in [
+        ("f 1 2 0", ":5:7: index 0 (indices count from 1 forwards or from -1 backwards)"),
+        ("f 1 2 5", ":5:7: vertex index 5 is out of range (there are 4)"),
+        ("f 1 2 -5", ":5:7: vertex index -5 is out of range (there are 4)"),
+        ("f 1 2 99999999999", ":5:7: vertex index 99999999999 is out of range (there are 4)"),
+        ("f 1/1 2/1 3/1", ":5:3: texture coordinate index 1 is out of range (there are 0)"),
+        ("vn 0 0 1\nf 1//1 2//2 3//1", ":6:8: normal index 2 is out of range (there are 1)"),
+        ("f 1 2", ":5:5: a face needs at least 3 vertices, but this has 2"),
+        ("f 1 2 x", ":5:7: expected a corner such as 3, 3/1, 3//2 or 3/1/2, found `x`"),
+        ("f 1 2 3/", ":5:7: expected a corner such as 3, 3/1, 3//2 or 3/1/2, found `3/`"),
+        ("f 1 2 1/1/1/1", ":5:7: expected a corner such as 3, 3/1, 3//2 or 3/1/2, found `1/1/1/1`"),
+        ("v 1 2", ":5:5: a position needs at least 3 numbers, but the line has 2"),
+        ("vt", ":5:1: a texture coordinate needs at least 1 numbers, but the line has 0"),
+        ("vn 1 2 3 4", ":5:10: expected the end of the line, found `4`"),
+        ("v 1 two 3", ":5:5: expected a number, found `two`"),
+        ("v 1 2 3e", ":5:7: expected a number, found `3e`"),
+        (
+            "\n curv 1 2",
+            ":6:2: unknown keyword `curv` (expected v, vt, vn or f; o, g, s, usemtl, mtllib, l and p \
+             are ignored)",
+        ),
+        ("v 1 \\\n 2 \\\n  y", ":7:3: expected a number, found `y`"),
+    ] {
+        assert_eq!(message(load_obj, with(lines)), expected, "{lines}");
+    }
+}

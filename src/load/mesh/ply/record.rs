@@ -1,0 +1,267 @@
+//! What the records of a PLY file mean, in whichever encoding they are written.
+
+use glam::DVec3;
+
+use super::super::buffers::{Buffers, Placement};
+use super::super::error::{Fault, MeshProblem, Place};
+use super::super::source::Source;
+use super::header::{Element, Encoding, Header, Kind, Property, Scalar};
+
+/// Where values come from: text or bytes.
+pub(super) trait Values {
+    fn number(&mut self, scalar: Scalar) -> Result<f64, Fault>;
+    /// Only for types that are integers.
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, Fault>;
+    /// Steps over so many values.
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault>;
+    /// A problem with the value that was read last.
+    fn fault(&self, problem: MeshProblem) -> Fault;
+}
+
+/// The names of the vertex properties in use. Their order is that of [`Vertex`].
+const NAMES: [&[&str]; SLOTS] = [
+    &["x"],
+    &["y"],
+    &["z"],
+    &["nx"],
+    &["ny"],
+    &["nz"],
+    &["u", "s", "texture_u", "texture_s"],
+    &["v", "t", "texture_v", "texture_t"],
+];
+const SLOTS: usize = 8;
+/// Position, normal and texture coordinates, and a last place for what nobody asked for.
+type Vertex = [f64; SLOTS + 1];
+
+/// What is read of an element's records.
+#[derive(Debug)]
+enum Role {
+    /// Vertices: the place of each property in a [`Vertex`].
+    Vertex(Vec<usize>),
+    /// Faces: which property is the list of vertex indices.
+    Face(usize),
+    Skip,
+}
+
+/// How to read the records of a file.
+#[derive(Debug)]
+pub(super) struct Records<'a> {
+    elements: Vec<(&'a Element, Role)>,
+    vertices: u64,
+    has_normals: bool,
+    has_uvs: bool,
+    placement: Placement,
+    /// Whether the records are lines of text.
+    text: bool,
+}
+
+impl<'a> Records<'a> {
+    /// Understands a header, or says what is missing in it.
+    pub(super) fn new(
+        header: &'a Header,
+        face_normals: bool,
+        placement: Placement,
+    ) -> Result<Self, Fault> {
+        let mut elements = Vec::with_capacity(header.elements.len());
+        for element in &header.elements {
+            let at = Place::Line { line: element.line, column: 1 };
+            let role = role(element).map_err(|why| Fault::new(at, MeshProblem::Header(why)))?;
+            elements.push((element, role));
+        }
+        let one = |name: &str| {
+            let mut named = elements.iter().filter(|(element, _)| element.name == name);
+            match (named.next(), named.next()) {
+                (Some((element, _)), None) => Ok(element),
+                _ => Err(MeshProblem::Header(format!("expected one element `{name}`"))),
+            }
+        };
+        one("face")?;
+        let vertex = one("vertex")?;
+        let has = |slots: std::ops::Range<usize>| {
+            slots.into_iter().all(|slot| vertex.properties.iter().any(|p| slot_of(p) == slot))
+        };
+        Ok(Self {
+            vertices: vertex.count,
+            has_normals: has(3..6) && !face_normals,
+            has_uvs: has(6..8),
+            placement,
+            text: header.encoding == Encoding::Ascii,
+            elements,
+        })
+    }
+
+    /// Makes room for what the header declares, as far as the file can hold it.
+    pub(super) fn reserve(&self, source: &Source, buffers: &mut Buffers) {
+        for (element, role) in &self.elements {
+            let count = source.plausible(element.count, self.least_bytes(element));
+            match role {
+                Role::Vertex(_) => {
+                    buffers.positions.reserve_exact(count);
+                    buffers.normals.reserve_exact(if self.has_normals { count } else { 0 });
+                    buffers.uvs.reserve_exact(if self.has_uvs { count } else { 0 });
+                }
+                Role::Face(_) => buffers.triangles.reserve_exact(count),
+                Role::Skip => {}
+            }
+        }
+    }
+
+    /// How few bytes a record can take: in text a digit and a separator for each value.
+    fn least_bytes(&self, element: &Element) -> u64 {
+        let size = |scalar: Scalar| if self.text { 2 } else { scalar.size() as u64 };
+        let of = |property: &Property| match property.kind {
+            Kind::Scalar(scalar) => size(scalar),
+            Kind::List { count, .. } => size(count),
+        };
+        element.properties.iter().map(of).sum()
+    }
+
+    /// The elements, in the order of the data.
+    pub(super) fn elements(&self) -> impl Iterator<Item = &'a Element> {
+        self.elements.iter().map(|&(element, _)| element)
+    }
+
+    /// Reads one record of the element at `index` among the elements.
+    pub(super) fn read(
+        &self,
+        index: usize,
+        values: &mut impl Values,
+        out: &mut Buffers,
+    ) -> Result<(), Fault> {
+        let (element, role) = &self.elements[index];
+        match role {
+            Role::Vertex(slots) => self.read_vertex(element, slots, values, out),
+            Role::Face(list) => {
+                for (i, property) in element.properties.iter().enumerate() {
+                    match property.kind {
+                        Kind::List { count, item } if i == *list => {
+                            self.read_face(count, item, values, out)?;
+                        }
+                        kind => skip(kind, values)?,
+                    }
+                }
+                Ok(())
+            }
+            Role::Skip => element.properties.iter().try_for_each(|p| skip(p.kind, values)),
+        }
+    }
+
+    fn read_vertex(
+        &self,
+        element: &Element,
+        slots: &[usize],
+        values: &mut impl Values,
+        out: &mut Buffers,
+    ) -> Result<(), Fault> {
+        let mut vertex = [0.0; SLOTS + 1];
+        for (property, &slot) in element.properties.iter().zip(slots) {
+            match property.kind {
+                Kind::Scalar(scalar) => vertex[slot] = values.number(scalar)?,
+                kind @ Kind::List { .. } => skip(kind, values)?,
+            }
+        }
+        let [x, y, z, nx, ny, nz, u, v, _]: Vertex = vertex;
+        out.positions.push(self.placement.position(DVec3::new(x, y, z)));
+        if self.has_normals {
+            out.normals.push(self.placement.normal(DVec3::new(nx, ny, nz)));
+        }
+        if self.has_uvs {
+            out.uvs.push(self.placement.uv(u, v));
+        }
+        Ok(())
+    }
+
+    fn read_face(
+        &self,
+        count: Scalar,
+        item: Scalar,
+        values: &mut impl Values,
+        out: &mut Buffers,
+    ) -> Result<(), Fault> {
+        let corners = values.integer(count)?;
+        if corners < 3 {
+            return Err(values.fault(MeshProblem::TooFewCorners { count: corners }));
+        }
+        let first = self.read_index(item, values)?;
+        let mut previous = self.read_index(item, values)?;
+        for _ in 2..corners {
+            let next = self.read_index(item, values)?;
+            out.triangles.push([first, previous, next]);
+            previous = next;
+        }
+        Ok(())
+    }
+
+    fn read_index(&self, item: Scalar, values: &mut impl Values) -> Result<u32, Fault> {
+        let index = values.integer(item)?;
+        match u32::try_from(index) {
+            Ok(vertex) if u64::from(vertex) < self.vertices => Ok(vertex),
+            _ => Err(values.fault(MeshProblem::IndexOutOfRange {
+                attribute: "vertex index",
+                index,
+                count: self.vertices,
+            })),
+        }
+    }
+}
+
+/// Steps over a property.
+fn skip(kind: Kind, values: &mut impl Values) -> Result<(), Fault> {
+    match kind {
+        Kind::Scalar(scalar) => values.skip(scalar, 1),
+        Kind::List { count, item } => {
+            let count = values.integer(count)?;
+            match u64::try_from(count) {
+                Ok(count) => values.skip(item, count),
+                Err(_) => Err(values.fault(MeshProblem::NegativeCount { count })),
+            }
+        }
+    }
+}
+
+/// Where a property goes in a [`Vertex`].
+fn slot_of(property: &Property) -> usize {
+    let named = |names: &&[&str]| names.contains(&property.name.as_str());
+    match property.kind {
+        Kind::Scalar(_) => NAMES.iter().position(named).unwrap_or(SLOTS),
+        Kind::List { .. } => SLOTS,
+    }
+}
+
+/// What an element is for; otherwise what is wrong with it.
+fn role(element: &Element) -> Result<Role, String> {
+    // A record of nothing has no place in the data, and there may be any number of them.
+    if element.properties.is_empty() && element.count > 0 {
+        return Err(format!("the element `{}` has no properties", element.name));
+    }
+    match element.name.as_str() {
+        "vertex" => {
+            let slots: Vec<_> = element.properties.iter().map(slot_of).collect();
+            for (slot, names) in NAMES.iter().enumerate() {
+                let found = slots.iter().filter(|&&s| s == slot).count();
+                if found > 1 || (found == 0 && slot < 3) {
+                    return Err(format!(
+                        "the element `vertex` has {found} properties `{}` (expected one)",
+                        names.join("` or `"),
+                    ));
+                }
+            }
+            Ok(Role::Vertex(slots))
+        }
+        "face" => {
+            let is_list = |p: &Property| {
+                matches!(p.name.as_str(), "vertex_indices" | "vertex_index")
+                    && matches!(p.kind, Kind::List { item, .. } if item.is_integer())
+            };
+            element.properties.iter().position(is_list).map(Role::Face).ok_or_else(|| {
+                "the element `face` has no list `vertex_indices` or `vertex_index` of an integer \
+                 type"
+                    .into()
+            })
+        }
+        "tristrips" => Err("triangle strips are not read (expected triangles or polygons in an \
+                            element `face`)"
+            .into()),
+        _ => Ok(Role::Skip),
+    }
+}

@@ -1,0 +1,51 @@
+/* What a C program would write, and nothing more: the limit that a renderer is measured against. */
+
+#include "bare.h"
+
+RTCScene bare_new_scene(RTCDevice device) {
+  RTCScene scene = rtcNewScene(device);
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  return scene;
+}
+
+void bare_add_triangles(RTCDevice device, RTCScene scene, const float *positions, size_t vertices,
+                        const unsigned *indices, size_t triangles) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetGeometryMask(geometry, 0xffffffffu);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions, 0,
+                             16, vertices);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices, 0, 12,
+                             triangles);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+size_t bare_trace(RTCScene scene, const BareQuery *queries, size_t count) {
+  size_t hits = 0;
+  for (size_t i = 0; i < count; i++) {
+    const BareQuery *q = &queries[i];
+    struct RTCRayHit query;
+    query.ray.org_x = q->origin[0];
+    query.ray.org_y = q->origin[1];
+    query.ray.org_z = q->origin[2];
+    query.ray.tnear = q->t_min;
+    query.ray.dir_x = q->direction[0];
+    query.ray.dir_y = q->direction[1];
+    query.ray.dir_z = q->direction[2];
+    query.ray.time = 0.0f;
+    query.ray.tfar = q->t_max;
+    query.ray.mask = 0xffffffffu;
+    query.ray.flags = 0;
+    if (q->occlusion) {
+      telamon_occluded1(scene, &query.ray);
+      hits += query.ray.tfar < 0.0f;
+    } else {
+      query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+      query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+      telamon_intersect1(scene, &query);
+      hits += query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+  return hits;
+}

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "shim.h"
+
+/* A recorded ray: 36 bytes, the layout of `Query` in src/bare.rs. */
+typedef struct BareQuery {
+  float origin[3];
+  float t_min;
+  float direction[3];
+  float t_max;
+  unsigned occlusion;
+} BareQuery;
+
+RTCScene bare_new_scene(RTCDevice device);
+void bare_add_triangles(RTCDevice device, RTCScene scene, const float *positions, size_t vertices,
+                        const unsigned *indices, size_t triangles);
+size_t bare_trace(RTCScene scene, const BareQuery *queries, size_t count);

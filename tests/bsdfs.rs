@@ -1,0 +1,332 @@
+//! Every material, checked the same way. A new one gets its rows in `support::materials` and no test
+//! of its own here, unless its physics has something to say.
+
+mod support;
+
+use glam::{Vec2, Vec3};
+use support::materials::{Material, materials};
+use support::quadrature::{SphereGrid, direction};
+use support::stats::{Moments, chi_squared};
+use support::{BELOW_ONE, corners, points, points_3d};
+use telamon::bsdf::{Bsdf, BsdfSample, Dielectric};
+
+const GRID: SphereGrid = SphereGrid { rows: 10, columns: 20 };
+
+const SAMPLES: u32 = 1_000_000;
+
+/// Directions of view on the side of +z: polar angle in degrees, azimuth in radians.
+const VIEWS: [(f64, f64); 5] = [(0.0, 0.0), (30.0, 0.7), (60.0, 2.9), (80.0, 4.1), (89.0, 5.6)];
+
+fn row(plugin: &str, variant: &str) -> Material {
+    let is_it = |m: &Material| m.plugin == plugin && m.variant == variant;
+    materials().into_iter().find(is_it).expect("a row of the table")
+}
+
+/// Each view from each side that scatters light.
+fn views(material: &Material) -> Vec<Vec3> {
+    let sides = material.sides.iter();
+    sides
+        .flat_map(|&side| {
+            VIEWS.map(|(theta, phi)| {
+                direction(theta.to_radians().cos(), phi) * Vec3::new(1.0, 1.0, side)
+            })
+        })
+        .collect()
+}
+
+/// Materials that have more than delta lobes on the side of `wi`.
+fn is_smooth(bsdf: &dyn Bsdf, wi: Vec3) -> bool {
+    points(7, 16).filter_map(|u| bsdf.sample(wi, u)).any(|s| !s.delta)
+}
+
+/// Counts of sampled directions per cell, and in one cell more what was absorbed.
+fn counts(bsdf: &dyn Bsdf, wi: Vec3, seed: u64) -> Vec<u64> {
+    let mut counts = vec![0; GRID.cells() + 1];
+    for u in points(seed, SAMPLES) {
+        let cell = bsdf.sample(wi, u).map_or(GRID.cells(), |s| GRID.cell(s.wo));
+        counts[cell] += 1;
+    }
+    counts
+}
+
+/// What `pdf` says about the same cells.
+fn expected_counts(pdf: impl Fn(Vec3) -> f64) -> Vec<f64> {
+    let mut expected = GRID.integrals(pdf);
+    let returned: f64 = expected.iter().sum();
+    // One direction in 2²⁰ may be lost because its cosine rounds to 0.
+    expected.push((1.0 - returned).max(1.0 / 1_048_576.0));
+    expected.iter().map(|p| p * f64::from(SAMPLES)).collect()
+}
+
+#[test]
+fn samples_follow_their_density() {
+    let materials = materials();
+    let cases: Vec<_> = materials
+        .iter()
+        .flat_map(|m| views(m).into_iter().map(move |wi| (m, wi)))
+        .filter(|(m, wi)| is_smooth(m.bsdf.as_ref(), *wi))
+        .collect();
+    for (seed, &(material, wi)) in (100..).zip(&cases) {
+        let expected = expected_counts(|wo| f64::from(material.bsdf.pdf(wi, wo)));
+        chi_squared(&counts(material.bsdf.as_ref(), wi, seed), &expected, cases.len())
+            .unwrap_or_else(|table| panic!("{} from {wi}: {table}", material.name()));
+    }
+}
+
+/// A density that is 5 % too high, one that is tilted by 5 %, and one that ignores that samples are
+/// missing: the test above would notice all three.
+#[test]
+fn wrong_densities_are_rejected() {
+    let white = row("diffuse", "white");
+    let wi = Vec3::Z;
+    let right = |wo: Vec3| f64::from(white.bsdf.pdf(wi, wo));
+    let counts = counts(white.bsdf.as_ref(), wi, 99);
+    assert!(chi_squared(&counts, &expected_counts(right), 1).is_ok());
+    assert!(chi_squared(&counts, &expected_counts(|wo| 1.05 * right(wo)), 1).is_err());
+    let tilted = |wo: Vec3| (1.0 + 0.05 * f64::from(wo.x)) * right(wo);
+    assert!(chi_squared(&counts, &expected_counts(tilted), 1).is_err());
+    let mut thinned = counts.clone();
+    thinned.iter_mut().for_each(|c| *c -= *c / 20);
+    thinned[GRID.cells()] = u64::from(SAMPLES) - thinned.iter().sum::<u64>();
+    assert!(chi_squared(&thinned, &expected_counts(right), 1).is_err());
+}
+
+/// An error unless the claim holds. Claims are comparisons that NaN fails.
+fn ensure(claim: bool, otherwise: impl FnOnce() -> String) -> Result<(), String> {
+    if claim { Ok(()) } else { Err(otherwise()) }
+}
+
+/// `None`, or a sample that a path can go on with.
+fn check_sample(material: &Material, wi: Vec3, u: Vec2) -> Result<(), String> {
+    const ULP: f32 = f32::EPSILON / 2.0;
+    let Some(s) = material.bsdf.sample(wi, u) else { return Ok(()) };
+    let BsdfSample { wo, weight, pdf, delta, eta } = s;
+    // Two roundings for each of three coordinates.
+    ensure((wo.length() - 1.0).abs() <= 6.0 * ULP, || format!("|wo| = {}", wo.length()))?;
+    let usable = pdf > 0.0 && pdf.is_finite() && eta > 0.0 && eta.is_finite();
+    ensure(usable, || format!("{s:?}"))?;
+    // What refraction adds is undone by eta²; 4 roundings.
+    let energy = weight * (eta * eta);
+    let kept = energy.min_element() >= 0.0 && energy.max_element() <= 1.0 + 4.0 * ULP;
+    ensure(kept, || format!("energy {energy} in {s:?}"))?;
+    let (value, density) = (material.bsdf.eval(wi, wo), material.bsdf.pdf(wi, wo));
+    if delta {
+        return ensure(value == Vec3::ZERO && density == 0.0, || {
+            format!("delta lobe with eval {value} and pdf {density}")
+        });
+    }
+    ensure((density - pdf).abs() <= 1e-5 * pdf, || {
+        format!("pdf {density}, but sample returns {pdf}")
+    })?;
+    // Compared as products: the quotient of two tiny numbers says little.
+    ensure((value - weight * pdf).abs().max_element() <= 1e-5 * pdf, || {
+        format!("weight {weight}, but eval / pdf = {}", value / pdf)
+    })
+}
+
+#[test]
+fn samples_agree_with_eval_and_pdf() {
+    // Just above the horizon, down to where the square of the cosine underflows.
+    let extremes = [1e-3, 1e-6, 1e-20, 1e-40].map(|z| direction(z, 0.3));
+    for material in &materials() {
+        let mirrored = |w: &Vec3| *w * Vec3::new(1.0, 1.0, -1.0);
+        for wi in views(material).iter().chain(&extremes).flat_map(|w| [*w, mirrored(w)]) {
+            for u in points(61, 10_000).chain(corners()) {
+                check_sample(material, wi, u)
+                    .unwrap_or_else(|what| panic!("{} from {wi}, {u}: {what}", material.name()));
+            }
+        }
+    }
+}
+
+/// A material whose density is 5 % too high.
+#[derive(Debug)]
+struct Wrong(Box<dyn Bsdf>);
+
+impl Bsdf for Wrong {
+    fn eval(&self, wi: Vec3, wo: Vec3) -> Vec3 {
+        self.0.eval(wi, wo)
+    }
+    fn pdf(&self, wi: Vec3, wo: Vec3) -> f32 {
+        1.05 * self.0.pdf(wi, wo)
+    }
+    fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
+        self.0.sample(wi, u).map(|s| BsdfSample { weight: s.weight * 1.05, ..s })
+    }
+    fn is_delta(&self) -> bool {
+        self.0.is_delta()
+    }
+    fn transmits(&self) -> bool {
+        self.0.transmits()
+    }
+    fn albedo(&self, wi: Vec3) -> Vec3 {
+        self.0.albedo(wi)
+    }
+}
+
+#[test]
+fn wrong_materials_are_rejected() {
+    for material in materials().into_iter().filter(|m| m.variant != "black") {
+        let name = material.name();
+        let wrong = Material { bsdf: Box::new(Wrong(material.bsdf)), ..material };
+        let wi = Vec3::new(0.6, 0.0, 0.8);
+        let refused = points(62, 100).any(|u| check_sample(&wrong, wi, u).is_err());
+        // Too much energy shows only where a lobe carries nearly all; a density shows everywhere.
+        assert!(refused || wrong.bsdf.is_delta(), "{name}");
+        let albedo = albedo_of(wrong.bsdf.as_ref(), wi, 63);
+        assert!(albedo.has_mean(f64::from(wrong.bsdf.albedo(wi).x), 1).is_err(), "{name}: albedo");
+    }
+}
+
+/// The scattered fraction in the first channel, without the factor that refraction adds.
+fn albedo_of(bsdf: &dyn Bsdf, wi: Vec3, seed: u64) -> Moments {
+    let value = |s: BsdfSample| f64::from(s.weight.x) * f64::from(s.eta).powi(2);
+    Moments::of(points(seed, 100_000).map(|u| bsdf.sample(wi, u).map_or(0.0, value)))
+}
+
+#[test]
+fn albedo_is_the_mean_of_the_weights() {
+    let materials = materials();
+    let cases: Vec<_> =
+        materials.iter().flat_map(|m| views(m).into_iter().map(move |wi| (m, wi))).collect();
+    for (seed, &(material, wi)) in (200..).zip(&cases) {
+        let albedo = material.bsdf.albedo(wi);
+        assert!(albedo.min_element() >= 0.0 && albedo.max_element() <= 1.0 + f32::EPSILON);
+        albedo_of(material.bsdf.as_ref(), wi, seed)
+            .has_mean(f64::from(albedo.x), cases.len())
+            .unwrap_or_else(|figures| panic!("{} from {wi}: {figures}", material.name()));
+    }
+}
+
+/// Light and eye may change places: f is symmetric (Helmholtz). Holds for all that reflect.
+#[test]
+fn reflection_is_reciprocal() {
+    for material in materials().iter().filter(|m| !m.bsdf.transmits()) {
+        for (a, b) in points(71, 10_000).zip(points(72, 10_000)) {
+            let (wi, wo) = (direction_of(a), direction_of(b));
+            let forth = material.bsdf.eval(wi, wo) / wo.z.abs();
+            let back = material.bsdf.eval(wo, wi) / wi.z.abs();
+            // Three roundings on each side.
+            let tolerance = 6.0 * f32::EPSILON / 2.0 * forth.max_element();
+            assert!(
+                (forth - back).abs().max_element() <= tolerance,
+                "{}: {wi} {wo}",
+                material.name()
+            );
+        }
+    }
+}
+
+fn direction_of(u: Vec2) -> Vec3 {
+    telamon::math::warp::square_to_uniform_sphere(u)
+}
+
+/// No light on the wrong side of what does not transmit, whatever the directions.
+#[test]
+fn nothing_passes_what_is_opaque() {
+    for material in materials().iter().filter(|m| !m.bsdf.transmits()) {
+        for (a, b) in points(73, 10_000).zip(points(74, 10_000)) {
+            let (wi, wo) = (direction_of(a), direction_of(b));
+            let seen = material.sides.contains(&wi.z.signum());
+            if !seen || wi.z * wo.z < 0.0 {
+                assert_eq!(material.bsdf.eval(wi, wo), Vec3::ZERO, "{}", material.name());
+                assert_eq!(material.bsdf.pdf(wi, wo), 0.0, "{}", material.name());
+            }
+            if let Some(s) = material.bsdf.sample(wi, a) {
+                assert!(seen && s.wo.z * wi.z > 0.0, "{}: {s:?}", material.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn delta_materials_say_so() {
+    for material in &materials() {
+        let smooth = views(material).iter().any(|&wi| is_smooth(material.bsdf.as_ref(), wi));
+        let black = material.variant == "black";
+        assert_eq!(material.bsdf.is_delta(), !smooth && !black, "{}", material.name());
+    }
+}
+
+/// Pairs of indices inside and outside.
+const INDICES: [(f32, f32); 5] =
+    [(1.5, 1.0), (1.0, 1.5), (1.33, 1.0), (2.419, 1.333), (1.000_277, 1.0)];
+
+#[test]
+fn refraction_keeps_the_law_of_snell() {
+    for (int_ior, ext_ior) in INDICES {
+        let glass = Dielectric::new(int_ior, ext_ior, Vec3::ONE, Vec3::ONE);
+        for u in points_3d(81, 10_000) {
+            let wi = direction_of(u.truncate());
+            let (near, far) = if wi.z > 0.0 { (ext_ior, int_ior) } else { (int_ior, ext_ior) };
+            // The largest number chooses refraction wherever there is any.
+            let s = glass.sample(wi, Vec2::new(BELOW_ONE, u.z)).expect("glass absorbs nothing");
+            if s.wo.z * wi.z > 0.0 {
+                let total = wi.truncate().length() * near / far;
+                // sin of the refracted angle; R rounds to 1 just before it, 1e-6 is generous.
+                assert!(total > 1.0 - 1e-6, "{near} -> {far}: {wi} reflected at {total}");
+                assert_eq!(s.eta, 1.0);
+                continue;
+            }
+            let eta = far / near;
+            assert!((s.eta - eta).abs() <= 2.0 * f32::EPSILON * eta, "{} {eta}", s.eta);
+            assert!((s.weight.x * eta * eta - 1.0).abs() < 1e-6, "weight {}", s.weight);
+            // The tangential part is scaled, in f32: 8 roundings.
+            let off = (s.wo.truncate() * far + wi.truncate() * near).length();
+            assert!(off <= 8.0 * f32::EPSILON / 2.0 * near.max(far), "{near} -> {far}: {wi} {s:?}");
+        }
+    }
+}
+
+/// All of the light is reflected or refracted, and a refracted ray that turns round finds the same
+/// fraction passing and the inverse index.
+#[test]
+fn interfaces_are_symmetric_and_keep_energy() {
+    for (int_ior, ext_ior) in INDICES {
+        let glass = Dielectric::new(int_ior, ext_ior, Vec3::ONE, Vec3::ONE);
+        for u in points(82, 10_000) {
+            let wi = direction_of(u);
+            let reflected = glass.sample(wi, Vec2::ZERO).expect("glass absorbs nothing");
+            let refracted =
+                glass.sample(wi, Vec2::splat(BELOW_ONE)).expect("glass absorbs nothing");
+            if refracted.wo.z * wi.z > 0.0 {
+                continue;
+            }
+            // R may be so small that even 0 chooses refraction.
+            let r = if reflected.wo.z * wi.z > 0.0 { reflected.pdf } else { 0.0 };
+            assert!((r + refracted.pdf - 1.0).abs() <= f32::EPSILON, "{r} + {}", refracted.pdf);
+            let back = glass.sample(refracted.wo, Vec2::splat(BELOW_ONE)).expect("reversible");
+            if back.wo.z * refracted.wo.z > 0.0 {
+                continue;
+            }
+            assert!((back.eta * refracted.eta - 1.0).abs() <= 4.0 * f32::EPSILON);
+            // The cosine of the steeper side carries 3 roundings. Snell's law scales its square by eta²,
+            // the root divides by twice the cosine of the flatter side, and 1 - R has a slope of up
+            // to 4 there.
+            let flat = wi.z.abs().min(refracted.wo.z.abs());
+            let squeeze = refracted.eta.max(1.0 / refracted.eta).powi(2);
+            let tolerance = 12.0 * f32::EPSILON / 2.0 * squeeze / flat;
+            let difference = (back.pdf - refracted.pdf).abs();
+            assert!(difference <= tolerance, "{wi}: {refracted:?}, back {back:?}");
+            assert!((back.wo - wi).length() <= tolerance, "{wi} returns as {}", back.wo);
+        }
+    }
+}
+
+/// 1.5 → 1 three ulp around the critical angle, and the flattest angles there are.
+#[test]
+fn no_angle_makes_glass_fail() {
+    let glass = row("dielectric", "glass");
+    let critical = 0.745_355_96f32;
+    let near = (-3i32..=3).map(|step| f32::from_bits((critical.to_bits() as i32 + step) as u32));
+    for z in near.chain([1.0, 1e-7, 1e-20, f32::MIN_POSITIVE, 1e-45]) {
+        for side in [1.0, -1.0] {
+            let wi = Vec3::new((1.0 - z * z).sqrt(), 0.0, side * z);
+            for u in points(83, 1_000).chain(corners()) {
+                check_sample(&glass, wi, u).unwrap_or_else(|what| panic!("{wi} {u}: {what}"));
+                assert!(glass.bsdf.sample(wi, u).is_some(), "{wi} is absorbed");
+            }
+        }
+    }
+    assert!(glass.bsdf.sample(Vec3::X, Vec2::splat(0.5)).is_none(), "a direction in the surface");
+}

@@ -1,0 +1,301 @@
+//! Lights: what they send to a surface against closed forms, and their two densities, the one that
+//! comes with a sample and the one that is asked for, against each other.
+
+mod support;
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec2, Vec3};
+use support::lights::{Light, lights, sphere, square, triangle};
+use support::rays::trace;
+use support::stats::{Moments, chi_squared};
+use support::{corners, points};
+use telamon::emitter::{
+    Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EmitterSample, LightOrigin, Point, Sight,
+};
+use telamon::math::Frame;
+use telamon::ray::Ray;
+use telamon::shape::{Shape, TriangleMesh};
+
+const SAMPLES: u32 = 100_000;
+
+/// Irradiance at `from` on a surface that faces `normal`, one estimate for each sample.
+fn irradiance(light: &dyn Emitter, from: Vec3, normal: Vec3, seed: u64) -> Moments {
+    Moments::of(points(seed, SAMPLES).map(|u| {
+        light.sample_toward(from, u).map_or(0.0, |s| {
+            let cosine = s.direction.as_dvec3().dot(normal.as_dvec3()).max(0.0);
+            f64::from(s.weight.x) * cosine
+        })
+    }))
+}
+
+/// Lambert: E = ½ Σ θₖ (Γₖ·n) for unit radiance, over the edges of a polygon that lies above the
+/// horizon and whose front faces the receiver.
+fn lambert(polygon: &[DVec3], from: DVec3, normal: DVec3) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    let edges = polygon.iter().zip(next).map(|(&a, &b)| {
+        let (a, b) = (a - from, b - from);
+        let across = a.cross(b);
+        across.length().atan2(a.dot(b)) * across.normalize().dot(normal)
+    });
+    0.5 * edges.sum::<f64>().abs()
+}
+
+/// Every light of the table, with the radiance 1, seen from `from` by a surface facing `normal`.
+#[test]
+fn irradiance_is_what_the_closed_forms_say() {
+    let lights = lights();
+    for (seed, light) in (1..).zip(&lights) {
+        let Light { name, shape, from, normal, irradiance: expected } = light;
+        let area = Area::new(Arc::clone(shape), Vec3::ONE).expect("has an area");
+        let estimate = irradiance(&area, *from, *normal, seed);
+        estimate
+            .has_mean(*expected, lights.len())
+            .unwrap_or_else(|figures| panic!("{name}: {figures}"));
+        // 5 % more is noticed, or the estimate is too noisy to be called a test.
+        assert!(estimate.has_mean(1.05 * expected, 1).is_err(), "{name}: {estimate:?}");
+    }
+}
+
+/// Five triangles somewhere above the floor, each seen from the floor.
+#[test]
+fn triangles_agree_with_lambert() {
+    let corners: Vec<Vec3> =
+        support::points_3d(301, 15).map(|u| u * 2.0 - Vec3::new(1.0, 1.0, -0.2)).collect();
+    for (seed, corners) in (302..).zip(corners.chunks(3)) {
+        let mut corners = [corners[0], corners[1], corners[2]];
+        if (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(corners[0]) > 0.0 {
+            corners.swap(1, 2);
+        }
+        let expected = lambert(&corners.map(|c| c.as_dvec3()), DVec3::ZERO, DVec3::Z);
+        let area = Area::new(triangle(corners), Vec3::ONE).expect("has an area");
+        let estimate = irradiance(&area, Vec3::ZERO, Vec3::Z, seed);
+        estimate.has_mean(expected, 5).unwrap_or_else(|figures| panic!("{corners:?}: {figures}"));
+        assert!(estimate.has_mean(1.02 * expected, 1).is_err(), "{corners:?}: {estimate:?}");
+    }
+}
+
+/// From above, a sphere of any apparent size: π (r/d)². All its directions have the same density, so
+/// this one needs few samples.
+#[test]
+fn spheres_of_all_sizes_send_what_they_should() {
+    let sizes = (1..=7).map(|k| 10f64.powi(-k));
+    for (seed, size) in (401..).zip(sizes) {
+        for (radius, distance) in [(size as f32, 1.0), (1.0, (1.0 / size) as f32)] {
+            let ratio = f64::from(radius) / f64::from(distance);
+            let light =
+                Area::new(sphere(Vec3::Z * distance, radius), Vec3::ONE).expect("has an area");
+            irradiance(&light, Vec3::ZERO, Vec3::Z, seed)
+                .has_mean(PI * ratio * ratio, 14)
+                .unwrap_or_else(|figures| panic!("{radius} at {distance}: {figures}"));
+            let s = light.sample_toward(Vec3::ZERO, Vec2::splat(0.5)).expect("seen");
+            // 1 − cos = s²/(1 + c); six roundings.
+            let solid_angle = 2.0 * PI * ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt());
+            let relative = f64::from(s.weight.x) / solid_angle - 1.0;
+            assert!(relative.abs() < 4e-7, "{radius} at {distance}: off by {relative}");
+            assert!((f64::from(s.pdf) * solid_angle - 1.0).abs() < 4e-7, "{}", s.pdf);
+        }
+    }
+}
+
+/// The points that a small or distant sphere is sampled at cover the half that is seen, evenly in
+/// solid angle. The axis is oblique, so that no coordinate of a direction is exact.
+#[test]
+fn the_seen_side_of_a_sphere_is_covered() {
+    let axis = DVec3::new(1.0, 2.0, 3.0).normalize();
+    let across = axis.any_orthonormal_vector();
+    for (seed, ratio) in (411..).zip([0.5f32, 1e-2, 1e-4, 1e-6, 1e-7]) {
+        let light = Area::new(sphere(axis.as_vec3(), ratio), Vec3::ONE).expect("has an area");
+        let mut counts = [0; 20];
+        let mut lost = 0;
+        for u in points(seed, SAMPLES) {
+            let Some(s) = light.sample_toward(Vec3::ZERO, u) else {
+                lost += 1;
+                continue;
+            };
+            let LightOrigin::Surface(point) = s.origin else { panic!("no surface") };
+            let normal = point.geometric_normal.as_dvec3();
+            // The angle at the eye from the normal's, by the plane triangle of eye, centre and point.
+            let ratio = f64::from(ratio);
+            let along = 1.0 + ratio * normal.dot(axis);
+            let tan = ratio * normal.reject_from_normalized(axis).length() / along;
+            let one_minus_cos = |sin2: f64| sin2 / (1.0 + (1.0 - sin2).sqrt());
+            let share = one_minus_cos(tan * tan / (1.0 + tan * tan)) / one_minus_cos(ratio * ratio);
+            let ring = ((share * 10.0) as usize).min(9);
+            counts[ring * 2 + usize::from(normal.dot(across) > 0.0)] += 1;
+        }
+        // The outermost of them, where the cosine on the sphere is within the rounding 1e-7 of 0,
+        // is a share of 1e-14.
+        assert_eq!(lost, 0, "ratio {ratio}");
+        let expected = [f64::from(SAMPLES) / 20.0; 20];
+        chi_squared(&counts, &expected, 5).unwrap_or_else(|table| panic!("ratio {ratio}: {table}"));
+    }
+}
+
+/// What a ray from `from` sees of a light, and the density that the light claims for it.
+fn density_seen(area: &Area, shape: &dyn Shape, from: Vec3, direction: Vec3) -> Option<(f32, f64)> {
+    let ray = Ray::new(from, direction);
+    let hit = trace(shape, &ray)?;
+    let point = shape.surface(&ray, &hit);
+    let cosine = f64::from(point.geometric_normal.dot(direction).abs());
+    let surface = Some((hit.primitive as usize, &point));
+    Some((area.pdf_toward(&Sight { from, direction, surface }), cosine))
+}
+
+#[test]
+fn both_densities_are_one() {
+    for (seed, light) in (501..).zip(&lights()) {
+        let area = Area::new(Arc::clone(&light.shape), Vec3::ONE).expect("has an area");
+        let (mut seen, mut missed) = (0, 0);
+        for u in corners() {
+            let usable = |s: EmitterSample| s.pdf > 0.0 && s.weight.is_finite();
+            assert!(area.sample_toward(light.from, u).is_none_or(usable), "{} {u}", light.name);
+        }
+        for u in points(seed, 10_000) {
+            let Some(s) = area.sample_toward(light.from, u) else {
+                continue;
+            };
+            // The unit vector and the two positions carry 4 roundings each, which a flat view
+            // divides by its cosine.
+            let Some((pdf, cosine)) =
+                density_seen(&area, light.shape.as_ref(), light.from, s.direction)
+            else {
+                missed += 1;
+                continue;
+            };
+            seen += 1;
+            let tolerance = 2e-6 / cosine + light.direction_error();
+            let off = f64::from(pdf / s.pdf - 1.0).abs();
+            assert!(off <= tolerance, "{}: pdf {pdf}, sample {s:?}", light.name);
+            // Radiance over density is the weight.
+            assert!((s.weight.x * s.pdf - 1.0).abs() < 1e-6, "{}: {s:?}", light.name);
+        }
+        // Only the rim may be missed.
+        assert!(missed * 100 <= seen || light.direction_error() > 0.0, "{}: {missed}", light.name);
+    }
+}
+
+/// A flat light from behind, from its own plane, from its own points: nothing, and no NaN.
+#[test]
+fn lights_are_dark_where_they_must_be() {
+    let light = Area::new(square(1.0, Vec3::ZERO), Vec3::ONE).expect("has an area");
+    // The square faces −z.
+    for from in [Vec3::Z, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.5, 0.25, 0.0), Vec3::ZERO] {
+        for u in points(601, 1_000).chain(corners()) {
+            assert!(light.sample_toward(from, u).is_none(), "from {from}");
+        }
+    }
+    let shape = square(1.0, Vec3::ZERO);
+    let (pdf, _) = density_seen(&light, shape.as_ref(), Vec3::Z, Vec3::NEG_Z).expect("hit");
+    assert_eq!(pdf, 0.0, "the back is never sampled");
+    let point = Point::new(Vec3::ONE, Vec3::ONE);
+    assert!(point.sample_toward(Vec3::ONE, Vec2::ZERO).is_none());
+}
+
+/// A square of side 1e-10 at a distance of 1e10: a solid angle of 1e-40.
+#[test]
+fn tiny_and_distant_lights_stay_finite() {
+    let light = Area::new(square(0.5e-10, Vec3::Z * 1e10), Vec3::splat(1e20)).expect("has an area");
+    irradiance(&light, Vec3::ZERO, Vec3::Z, 602).has_mean(1e-20, 1).expect("Le A / d²");
+    let blinding = Area::new(square(1.0, Vec3::Z * 10.0), Vec3::splat(1e30)).expect("has an area");
+    let s = blinding.sample_toward(Vec3::ZERO, Vec2::splat(0.3)).expect("seen");
+    assert!(s.weight.is_finite() && s.pdf.is_finite(), "{s:?}");
+}
+
+/// One triangle of area ½ among 999,999 of area 1e-12 and, in another mesh, of area 1e-50, which is 0
+/// in f32.
+#[test]
+fn slivers_do_not_disturb_a_mesh_light() {
+    for leg in [1.414e-6f32, 1.414e-25] {
+        let mut positions = vec![Vec3::ZERO, Vec3::X * leg, Vec3::Y * leg];
+        positions.extend([Vec3::ZERO, Vec3::X, Vec3::Y]);
+        let mut triangles = vec![[0, 1, 2]; 999_999];
+        triangles.push([3, 4, 5]);
+        let positions = positions.into_iter().map(Into::into).collect();
+        let (mesh, dropped) =
+            TriangleMesh::new(positions, triangles, Vec::new(), Vec::new()).expect("valid");
+        assert_eq!(dropped.degenerate, 0);
+        let mesh = Arc::new(mesh);
+        let light = Area::new(mesh.clone(), Vec3::ONE).expect("has an area");
+        let from = Vec3::new(0.2, 0.2, 1.0);
+        let polygon = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        // The small ones add 1e-6 of the power at most.
+        let expected = lambert(&polygon, from.as_dvec3(), DVec3::NEG_Z);
+        irradiance(&light, from, Vec3::NEG_Z, 603).has_mean(expected, 2).expect("Lambert");
+        // u = 0 chooses the first of the small ones.
+        let s = light.sample_toward(from, Vec2::ZERO).expect("seen");
+        let LightOrigin::Surface(point) = s.origin else { panic!("no surface") };
+        let surface = Some((0, &point));
+        let pdf = light.pdf_toward(&Sight { from, direction: s.direction, surface });
+        assert!((pdf / s.pdf - 1.0).abs() < 1e-5, "{pdf} {s:?}");
+        assert!((s.pdf * s.weight.x - 1.0).abs() < 1e-5, "{s:?}");
+    }
+}
+
+/// The sphere that a point sees from inside: directions follow the density that is claimed.
+#[test]
+fn directions_inside_a_sphere_follow_their_density() {
+    let grid = support::quadrature::SphereGrid { rows: 10, columns: 20 };
+    let shape: Arc<dyn Shape> =
+        Arc::new(telamon::shape::Sphere::new(Vec3::ZERO, 2.0, Frame::from_normal(Vec3::Z), true));
+    let light = Area::new(Arc::clone(&shape), Vec3::ONE).expect("has an area");
+    let from = Vec3::new(0.9, -0.4, 0.5);
+    let mut counts = vec![0; grid.cells()];
+    for u in points(604, SAMPLES) {
+        counts[grid.cell(light.sample_toward(from, u).expect("all of it is seen").direction)] += 1;
+    }
+    let seen =
+        |w: Vec3| density_seen(&light, shape.as_ref(), from, w).map_or(0.0, |(pdf, _)| pdf.into());
+    let expected: Vec<f64> = grid.integrals(seen).iter().map(|p| p * f64::from(SAMPLES)).collect();
+    chi_squared(&counts, &expected, 1).unwrap_or_else(|table| panic!("{table}"));
+    let uniform = vec![f64::from(SAMPLES) / grid.cells() as f64; grid.cells()];
+    assert!(chi_squared(&counts, &uniform, 1).is_err(), "a uniform density would do as well");
+}
+
+#[test]
+fn the_environment_and_points_light_a_plane() {
+    let sky = Constant::new(Vec3::new(1.0, 2.0, 3.0));
+    irradiance(&sky, Vec3::ONE, Vec3::Y, 605).has_mean(PI, 2).expect("π L from a hemisphere");
+    let s = sky.sample_toward(Vec3::ZERO, Vec2::splat(0.2)).expect("seen from everywhere");
+    let sight = Sight { from: Vec3::ZERO, direction: s.direction, surface: None };
+    assert_eq!(s.pdf, sky.pdf_toward(&sight));
+    assert!((s.weight * s.pdf - sky.radiance(&sight)).abs().max_element() < 1e-6);
+    let bulb = Point::new(Vec3::new(3.0, 0.0, 4.0), Vec3::splat(10.0));
+    // I cosθ / d² = 10 · 0.8 / 25.
+    irradiance(&bulb, Vec3::ZERO, Vec3::Z, 606).has_mean(0.32, 2).expect("inverse square law");
+}
+
+fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {
+    powers
+        .map(|power| Box::new(Point::new(Vec3::ZERO, Vec3::splat(power))) as Box<dyn Emitter>)
+        .into()
+}
+
+#[test]
+fn one_emitter_is_always_chosen() {
+    for policy in [ChoicePolicy::Power, ChoicePolicy::Uniform] {
+        for powers in [[1.0, 3.0], [1e20, 1.0], [0.0, 2.0], [1e30, 1e30]] {
+            let choice = EmitterChoice::new(policy, &two_lights(powers), 1.0);
+            let total = choice.probability(0) + choice.probability(1);
+            assert_eq!(total, 1.0, "{policy:?} {powers:?}");
+            let mut counts = [0; 2];
+            for u in points(701, SAMPLES) {
+                let (index, probability, rest) = choice.sample(u.x).expect("one emits");
+                assert_eq!(probability, choice.probability(index));
+                assert!(probability > 0.0 && (0.0..1.0).contains(&rest));
+                counts[index] += 1;
+            }
+            let expected = [0, 1].map(|i| f64::from(choice.probability(i)) * f64::from(SAMPLES));
+            if expected.iter().all(|&e| e > 1.0) {
+                chi_squared(&counts, &expected, 4).unwrap_or_else(|table| panic!("{table}"));
+            }
+        }
+    }
+    let power = EmitterChoice::new(ChoicePolicy::Power, &two_lights([1.0, 3.0]), 1.0);
+    assert!((power.probability(0) - 0.25).abs() < 1e-7);
+    let uniform = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([1.0, 3.0]), 1.0);
+    assert_eq!(uniform.probability(0), 0.5);
+    let dark = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([0.0, 0.0]), 1.0);
+    assert!(dark.sample(0.5).is_none() && dark.probability(0) == 0.0);
+}

@@ -1,0 +1,356 @@
+//! Integrators against closed forms: the furnace, the depth cap, Russian roulette, occlusion.
+
+mod support;
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+use support::stats::Moments;
+use telamon::bsdf::{Bsdf, Conductor, Dielectric, Diffuse};
+use telamon::emitter::{Area, ChoicePolicy, Constant, Emitter};
+use telamon::integrator::{Integrator, Path, Tracer, build};
+use telamon::intersect::{self, Backend, Intersector};
+use telamon::math::{Frame, Rgb, warp};
+use telamon::ray::Ray;
+use telamon::sampler::{Independent, PathSampler};
+use telamon::scene::settings::{
+    DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy,
+    Strategy,
+};
+use telamon::scene::{Object, Scene};
+use telamon::shape::{Shape, Sphere, primitives};
+
+const STRATEGIES: [Strategy; 4] = [
+    Strategy::Bsdf,
+    Strategy::Emitter,
+    Strategy::Mis(MisHeuristic::Balance),
+    Strategy::Mis(MisHeuristic::Power),
+];
+
+const DIRECTIONS: [DirectionSampling; 3] = [
+    DirectionSampling::Bsdf,
+    DirectionSampling::CosineHemisphere,
+    DirectionSampling::UniformHemisphere,
+];
+
+const NO_ROULETTE: Roulette =
+    Roulette { policy: RoulettePolicy::None, min_depth: 0, max_survival: 0.99 };
+
+/// Shapes that share one material, all of which emit the same radiance.
+fn scene(shapes: Vec<Arc<dyn Shape>>, bsdf: Box<dyn Bsdf>, radiance: f32) -> Scene {
+    let mut emitters: Vec<Box<dyn Emitter>> = Vec::new();
+    let objects = shapes
+        .into_iter()
+        .map(|shape| {
+            let emitter = (radiance > 0.0).then(|| {
+                let area = Area::new(Arc::clone(&shape), Rgb::splat(radiance)).expect("an area");
+                emitters.push(Box::new(area));
+                emitters.len() - 1
+            });
+            Object { name: String::new(), shape, bsdf: 0, emitter }
+        })
+        .collect();
+    Scene::new(objects, vec![bsdf], emitters, None).expect("indices in range")
+}
+
+/// The inside of the cube `[-1, 1]³`.
+fn closed_cube() -> Arc<dyn Shape> {
+    Arc::new(primitives::cube(DAffine3::IDENTITY, true).0)
+}
+
+/// The inside of the unit sphere.
+fn closed_sphere() -> Arc<dyn Shape> {
+    Arc::new(Sphere::new(Vec3::ZERO, 1.0, Frame::from_normal(Vec3::Z), true))
+}
+
+/// A closed room whose walls emit 1 and have this albedo: radiance 1/(1 − albedo) everywhere.
+fn furnace(shape: Arc<dyn Shape>, albedo: f32) -> Scene {
+    scene(vec![shape], Box::new(Diffuse::new(Rgb::splat(albedo))), 1.0)
+}
+
+fn engine(scene: &Scene, backend: Backend) -> Box<dyn Intersector> {
+    intersect::build(backend, &scene.shapes()).expect("builds")
+}
+
+/// Estimates of the red channel in random directions from a point near the centre.
+fn estimates(scene: &Scene, settings: &IntegratorSettings, count: u32) -> Vec<f64> {
+    let engine = engine(scene, Backend::default());
+    let (integrator, _) = build(settings, scene);
+    let integrator = integrator.expect("makes a picture");
+    let sampler = Independent::new(11);
+    let mut tracer = Tracer::new(scene, engine.as_ref());
+    let values = (0..count)
+        .map(|i| {
+            let mut numbers = PathSampler::new(&sampler, i, 0);
+            let direction = warp::square_to_uniform_sphere(numbers.next_2d());
+            let ray = Ray::new(Vec3::new(0.1, -0.2, 0.05), direction);
+            f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
+        })
+        .collect();
+    assert_eq!(tracer.counts.untraceable, 0);
+    values
+}
+
+fn path(settings: PathSettings) -> IntegratorSettings {
+    IntegratorSettings::Path(settings)
+}
+
+/// Every strategy, every choice of directions, in a room of flat walls and in a round one.
+#[test]
+fn furnace_is_as_bright_as_its_albedo_says() {
+    let checks = 2 * 2 * STRATEGIES.len() * DIRECTIONS.len();
+    for (albedo, expected) in [(0.5, 2.0), (0.8, 5.0)] {
+        for (room, shape) in [("cube", closed_cube()), ("sphere", closed_sphere())] {
+            let scene = furnace(shape, albedo);
+            for strategy in STRATEGIES {
+                for directions in DIRECTIONS {
+                    let settings =
+                        path(PathSettings { strategy, directions, ..PathSettings::default() });
+                    Moments::of(estimates(&scene, &settings, 40_000))
+                        .has_mean(expected, checks)
+                        .unwrap_or_else(|e| {
+                            panic!("{room}, albedo {albedo}, {strategy:?}, {directions:?}: {e}")
+                        });
+                }
+            }
+        }
+    }
+}
+
+/// The check above must be able to fail: a room that is 3 % darker than claimed.
+#[test]
+fn furnace_of_another_albedo_is_noticed() {
+    let scene = furnace(closed_cube(), 0.5);
+    let values = estimates(&scene, &path(PathSettings::default()), 40_000);
+    assert!(Moments::of(values).has_mean(2.06, 1).is_err());
+}
+
+/// Without roulette and shadow rays every path is the same sum: 1 + a + … + a^(D−1) for D edges. Each of
+/// up to 40 products and sums rounds once.
+#[test]
+fn furnace_with_a_depth_cap_has_no_noise() {
+    for albedo in [0.2f32, 0.5, 0.8, 0.99] {
+        for depth in [1u32, 2, 7, 40] {
+            let settings = path(PathSettings {
+                strategy: Strategy::Bsdf,
+                roulette: NO_ROULETTE,
+                max_depth: Some(depth),
+                ..PathSettings::default()
+            });
+            let a = f64::from(albedo);
+            let expected = (1.0 - a.powi(depth as i32)) / (1.0 - a);
+            for value in estimates(&furnace(closed_cube(), albedo), &settings, 500) {
+                let tolerance = expected * f64::from(depth) * f64::from(f32::EPSILON);
+                assert!((value - expected).abs() <= tolerance, "{albedo} {depth}: {value}");
+            }
+        }
+    }
+}
+
+/// The lecture's tracers see the same room: one bounce is 1 + a, `branching` the capped sum.
+#[test]
+fn simple_tracers_agree_with_the_furnace() {
+    let scene = furnace(closed_cube(), 0.5);
+    let direct = IntegratorSettings::DirectUniform { hide_emitters: false };
+    Moments::of(estimates(&scene, &direct, 40_000)).has_mean(1.5, 3).expect("direct_uniform");
+    for directions in [DirectionSampling::Bsdf, DirectionSampling::UniformHemisphere] {
+        let branching = IntegratorSettings::Branching {
+            branches: 3,
+            max_depth: 4,
+            directions,
+            hide_emitters: false,
+        };
+        Moments::of(estimates(&scene, &branching, 10_000))
+            .has_mean(1.875, 3)
+            .unwrap_or_else(|e| panic!("branching, {directions:?}: {e}"));
+    }
+}
+
+/// Roulette in a furnace, where the walk is known: with w = a/p the estimate of n edges is
+/// (1 − wⁿ)/(1 − w), and n is geometric. Its mean is 1/(1 − a) for every p, and its second moment
+/// 1/(1 − w²p) + 2/(w − 1)·(1/(1 − w²p) − 1/(1 − wp)), finite if a² < p; for w = 1 the variance is
+/// a/(1 − a)².
+#[test]
+fn roulette_keeps_the_mean_and_has_the_variance_of_theory() {
+    let cases = [
+        (0.2, RoulettePolicy::Throughput, 0.2),
+        (0.5, RoulettePolicy::Throughput, 0.5),
+        (0.8, RoulettePolicy::Throughput, 0.8),
+        (0.5, RoulettePolicy::Fixed(0.7), 0.7),
+        (0.5, RoulettePolicy::Fixed(0.95), 0.95),
+        (0.8, RoulettePolicy::Fixed(0.9), 0.9),
+    ];
+    for (albedo, policy, p) in cases {
+        let roulette = Roulette { policy, min_depth: 0, max_survival: 0.99 };
+        let settings =
+            path(PathSettings { strategy: Strategy::Bsdf, roulette, ..PathSettings::default() });
+        let values = estimates(&furnace(closed_sphere(), albedo as f32), &settings, 200_000);
+        let n = values.len() as f64;
+        let moments = Moments::of(values.iter().copied());
+        moments
+            .has_mean(1.0 / (1.0 - albedo), cases.len())
+            .unwrap_or_else(|e| panic!("albedo {albedo}, {policy:?}: {e}"));
+        let mean = 1.0 / (1.0 - albedo);
+        // After each survival the throughput is exactly 1 where roulette follows it, since w = 1.
+        let w = albedo / p;
+        let expected = if (w - 1.0).abs() < 1e-9 {
+            albedo / (1.0 - albedo).powi(2)
+        } else {
+            let second = 1.0 / (1.0 - w * w * p);
+            second + 2.0 / (w - 1.0) * (second - 1.0 / (1.0 - w * p)) - mean * mean
+        };
+        // The error of a sample variance is that of the mean of squared deviations.
+        let squares = Moments::of(values.iter().map(|v| (v - mean).powi(2) * n / (n - 1.0)));
+        squares
+            .has_mean(expected, cases.len())
+            .unwrap_or_else(|e| panic!("variance, albedo {albedo}, {policy:?}: {e}"));
+    }
+}
+
+/// A room with one small light, a mirror, glass and grey walls: no closed form, one mean.
+fn varied_room() -> Scene {
+    let sphere = |x, y, radius| -> Arc<dyn Shape> {
+        Arc::new(Sphere::new(Vec3::new(x, y, 0.0), radius, Frame::from_normal(Vec3::Z), false))
+    };
+    let at = DAffine3::from_translation(DVec3::new(0.0, 0.95, 0.0))
+        * DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2)
+        * DAffine3::from_scale(DVec3::splat(0.4));
+    let light: Arc<dyn Shape> = Arc::new(primitives::rectangle(at, false).0);
+    let emitter = Area::new(Arc::clone(&light), Rgb::splat(10.0)).expect("an area");
+    let bsdfs: Vec<Box<dyn Bsdf>> = vec![
+        Box::new(Diffuse::new(Rgb::splat(0.6))),
+        Box::new(Conductor::new(None, Rgb::splat(0.9))),
+        Box::new(Dielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
+    ];
+    let object = |shape, bsdf, emitter| Object { name: String::new(), shape, bsdf, emitter };
+    let objects = vec![
+        object(closed_cube(), 0, None),
+        object(sphere(-0.6, -0.6, 0.3), 1, None),
+        object(sphere(0.6, -0.6, 0.3), 2, None),
+        object(light, 0, Some(0)),
+    ];
+    Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("indices in range")
+}
+
+/// Roulette of every kind, every strategy and both choices of an emitter have the mean of long paths
+/// that nothing cuts short. 40 edges at albedo 0.9 and below leave out less than 1e-3 of the light of
+/// this room, below a standard error of these samples.
+#[test]
+fn policies_and_strategies_have_one_mean() {
+    let scene = varied_room();
+    let long =
+        PathSettings { roulette: NO_ROULETTE, max_depth: Some(40), ..PathSettings::default() };
+    let policy = |policy, min_depth| Roulette { policy, min_depth, max_survival: 0.99 };
+    let variants = [
+        PathSettings { roulette: policy(RoulettePolicy::Throughput, 0), ..long },
+        PathSettings { roulette: policy(RoulettePolicy::Throughput, 5), ..long },
+        PathSettings { roulette: policy(RoulettePolicy::Fixed(0.8), 2), ..long },
+        PathSettings { strategy: Strategy::Emitter, ..long },
+        PathSettings { strategy: Strategy::Bsdf, ..long },
+        PathSettings { strategy: Strategy::Mis(MisHeuristic::Balance), ..long },
+        PathSettings { directions: DirectionSampling::UniformHemisphere, ..long },
+        PathSettings { emitter_choice: ChoicePolicy::Uniform, ..long },
+    ];
+    // Other numbers for the reference, so that the two means are independent.
+    let reference = Moments::of(estimates(&scene, &path(long), 240_000).split_off(120_000));
+    for variant in variants {
+        let moments = Moments::of(estimates(&scene, &path(variant), 120_000));
+        let difference = moments.mean() - reference.mean();
+        let error = moments.standard_error().hypot(reference.standard_error());
+        // 0.01 shared by eight two-sided tests: 3.2 standard errors.
+        assert!(difference.abs() < 3.2 * error, "{variant:?}: {difference} ± {error}");
+    }
+}
+
+/// A white sphere under a white sky vanishes: every path carries exactly 1, whatever it meets.
+#[test]
+fn white_things_vanish_in_a_white_sky() {
+    let materials: [Box<dyn Bsdf>; 3] = [
+        Box::new(Diffuse::new(Rgb::ONE)),
+        Box::new(Conductor::new(None, Rgb::ONE)),
+        Box::new(Dielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
+    ];
+    for bsdf in materials {
+        let name = format!("{bsdf:?}");
+        let outward = |center: Vec3| -> Arc<dyn Shape> {
+            Arc::new(Sphere::new(center, 0.5, Frame::from_normal(Vec3::Z), false))
+        };
+        let object = |shape| Object { name: String::new(), shape, bsdf: 0, emitter: None };
+        let objects = vec![object(outward(Vec3::X)), object(outward(Vec3::NEG_X * 2.0))];
+        let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
+        let scene = Scene::new(objects, vec![bsdf], vec![sky], Some(0)).expect("indices in range");
+        let settings = path(PathSettings {
+            strategy: Strategy::Bsdf,
+            roulette: NO_ROULETTE,
+            max_depth: Some(1000),
+            ..PathSettings::default()
+        });
+        for value in estimates(&scene, &settings, 20_000) {
+            // Each refraction divides by the squared index and multiplies by it again.
+            assert!((value - 1.0).abs() < 1e-5, "{name}: {value}");
+        }
+    }
+}
+
+/// From a point of the floor below a square of half side 1 at height 1 the free part of the hemisphere is
+/// 1 − 0.554126: one minus the form factor 4A·atan(A)/π·… of a centred square, twice 0.277063.
+#[test]
+fn ambient_occlusion_is_one_minus_the_form_factor() {
+    let at = |height: f64, scale: f64| {
+        DAffine3::from_translation(DVec3::new(0.0, 0.0, height))
+            * DAffine3::from_scale(DVec3::splat(scale))
+    };
+    let floor: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(0.0, 1e-3), false).0);
+    let roof: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(1.0, 1.0), false).0);
+    let scene = scene(vec![floor, roof], Box::new(Diffuse::new(Rgb::ONE)), 0.0);
+    let engine = engine(&scene, Backend::default());
+    let sampler = Independent::new(5);
+    for (ray_length, expected) in [(f32::INFINITY, 1.0 - 0.554_126), (0.5, 1.0)] {
+        let settings = IntegratorSettings::AmbientOcclusion { ray_length };
+        let (integrator, _) = build(&settings, &scene);
+        let integrator = integrator.expect("makes a picture");
+        let mut tracer = Tracer::new(&scene, engine.as_ref());
+        let ray = Ray::new(Vec3::new(0.0, 0.0, 0.5), Vec3::NEG_Z);
+        let values = (0..100_000).map(|i| {
+            let mut numbers = PathSampler::new(&sampler, i, 0);
+            f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
+        });
+        Moments::of(values).has_mean(expected, 2).expect("the fraction that is free");
+    }
+}
+
+/// Light below a floor on which a glass sphere rests: none comes up, in 100,000 paths from above.
+#[test]
+fn no_light_leaks_through_a_floor() {
+    let at = |height: f64, scale: f64| {
+        DAffine3::from_translation(DVec3::new(0.0, 0.0, height))
+            * DAffine3::from_scale(DVec3::splat(scale))
+    };
+    let floor: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(0.0, 10.0), false).0);
+    let light: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(-0.1, 5.0), false).0);
+    let glass: Arc<dyn Shape> =
+        Arc::new(Sphere::new(Vec3::Z, 1.0, Frame::from_normal(Vec3::Z), false));
+    let emitter = Area::new(Arc::clone(&light), Rgb::ONE).expect("an area");
+    let bsdfs: Vec<Box<dyn Bsdf>> = vec![
+        Box::new(Diffuse::new(Rgb::splat(0.5))),
+        Box::new(Dielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
+    ];
+    let object = |shape, bsdf, emitter| Object { name: String::new(), shape, bsdf, emitter };
+    let objects = vec![object(floor, 0, None), object(light, 0, Some(0)), object(glass, 1, None)];
+    let scene =
+        Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("indices in range");
+    let integrator = Path::new(&PathSettings::default(), &scene);
+    for &backend in Backend::AVAILABLE {
+        let engine = engine(&scene, backend);
+        let mut tracer = Tracer::new(&scene, engine.as_ref());
+        let sampler = Independent::new(1);
+        for i in 0..100_000 {
+            let mut numbers = PathSampler::new(&sampler, i, 0);
+            let target = (numbers.next_2d() * 4.0 - 2.0).extend(0.0);
+            let origin = Vec3::new(3.0, 0.0, 4.0);
+            let ray = Ray::new(origin, (target - origin).normalize());
+            let radiance = integrator.estimate(&mut tracer, &ray, &mut numbers).radiance;
+            assert_eq!(radiance, Rgb::ZERO, "{backend}: path {i}");
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Random numbers: uniform, unrelated between dimensions, samples, pixels and seeds, and pure.
+
+mod support;
+
+use support::stats::chi_squared;
+use telamon::sampler::{Independent, PathSampler, Sampler};
+
+const COUNT: u32 = 200_000;
+
+const SIDE: usize = 16;
+
+/// Counts of pairs in a grid of SIDE² cells.
+fn pairs(numbers: impl Iterator<Item = (f32, f32)>) -> Vec<u64> {
+    let mut counts = vec![0; SIDE * SIDE];
+    for (x, y) in numbers {
+        assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y), "{x} {y}");
+        counts[(y * SIDE as f32) as usize * SIDE + (x * SIDE as f32) as usize] += 1;
+    }
+    counts
+}
+
+/// The chi-squared test that pairs fill the unit square evenly. It notices a number that is not
+/// uniform as well as one that depends on the other.
+fn uniform(numbers: impl Iterator<Item = (f32, f32)>, checks: usize) -> Result<(), String> {
+    let counts = pairs(numbers);
+    let each = counts.iter().sum::<u64>() as f64 / counts.len() as f64;
+    chi_squared(&counts, &vec![each; counts.len()], checks)
+}
+
+/// The number of a pixel, a sample and a dimension.
+fn number(seed: u64, pixel: u32, sample: u32, dimension: u32) -> f32 {
+    let sampler = Independent::new(seed);
+    sampler.get_1d(sampler.path(pixel, sample), dimension)
+}
+
+type Pair = fn(u32) -> (f32, f32);
+
+/// Pairs of numbers that a render uses side by side.
+const PAIRS: [(&str, Pair); 9] = [
+    ("next dimension", |i| (number(1, 0, i, 0), number(1, 0, i, 1))),
+    ("far dimension", |i| (number(1, 0, i, 3), number(1, 0, i, 67))),
+    ("dimensions of one path", |i| (number(1, 5, 9, i), number(1, 5, 9, i + 1))),
+    ("next sample", |i| (number(2, 7, i, 0), number(2, 7, i + 1, 0))),
+    ("next pixel", |i| (number(3, i, 0, 0), number(3, i + 1, 0, 0))),
+    ("next row", |i| (number(3, i, 0, 2), number(3, i + 1024, 0, 2))),
+    ("next seed", |i| (number(4, i, 0, 0), number(5, i, 0, 0))),
+    ("many seeds", |i| (number(i.into(), 0, 0, 0), number(u64::from(i) + 1, 0, 0, 0))),
+    ("pixel and sample exchanged", |i| (number(6, i, 3, 0), number(6, 3, i, 0))),
+];
+
+#[test]
+fn neighbouring_numbers_are_independent() {
+    for (name, pair) in PAIRS {
+        uniform((0..COUNT).map(pair), PAIRS.len())
+            .unwrap_or_else(|table| panic!("{name}: {table}"));
+    }
+}
+
+#[test]
+fn both_halves_of_a_pair_are_independent() {
+    let sampler = Independent::new(8);
+    let pair = |i| sampler.get_2d(sampler.path(i, 2), 4).into();
+    uniform((0..COUNT).map(pair), 1).unwrap_or_else(|table| panic!("{table}"));
+}
+
+/// The low bits count too: a cell of 2⁻¹⁶, seen through its upper and lower half.
+#[test]
+fn low_bits_are_uniform() {
+    let split = |x: f32| ((x * 256.0).fract(), (x * 65_536.0).fract());
+    uniform((0..COUNT).map(|i| split(number(9, i, 0, 0))), 1)
+        .unwrap_or_else(|table| panic!("{table}"));
+}
+
+/// Numbers that are not uniform, or that hang together, do not pass.
+#[test]
+fn wrong_numbers_are_rejected() {
+    let wrong: [(&str, Pair); 3] = [
+        ("the same twice", |i| (number(1, 0, i, 0), number(1, 0, i, 0))),
+        ("5 % too small", |i| (0.95 * number(1, 0, i, 0), number(1, 0, i, 1))),
+        ("a little alike", |i| {
+            let (x, y) = (number(1, 0, i, 0), number(1, 0, i, 1));
+            (x, (y + 0.02 * x) / 1.02)
+        }),
+    ];
+    for (name, pair) in wrong {
+        assert!(uniform((0..COUNT).map(pair), 1).is_err(), "{name}");
+    }
+}
+
+/// The same arguments give the same number, in any order, and each has its own.
+#[test]
+fn numbers_are_pure() {
+    let sampler = Independent::new(10);
+    let forth: Vec<f32> = (0..1_000).map(|d| sampler.get_1d(sampler.path(3, 4), d)).collect();
+    let mut back: Vec<f32> = (0..1_000)
+        .rev()
+        .map(|d| {
+            // Other numbers asked for in between change nothing.
+            let _ = sampler.get_2d(sampler.path(d, 9), 1);
+            Independent::new(10).get_1d(sampler.path(3, 4), d)
+        })
+        .collect();
+    back.reverse();
+    assert_eq!(forth, back);
+    // 1,000 of 2²⁴ values: 0.03 collisions expected.
+    let mut distinct: Vec<u32> = forth.iter().map(|x| x.to_bits()).collect();
+    distinct.sort_unstable();
+    distinct.dedup();
+    assert!(distinct.len() >= 998, "{} distinct numbers of 1,000", distinct.len());
+}
+
+/// A path takes its numbers one after the other and never one of them twice.
+#[test]
+fn a_path_walks_through_its_dimensions() {
+    let sampler = Independent::new(11);
+    let key = sampler.path(6, 7);
+    let mut path = PathSampler::new(&sampler, 6, 7);
+    assert_eq!(path.next_1d(), sampler.get_1d(key, 0));
+    assert_eq!(path.next_2d(), sampler.get_2d(key, 1));
+    assert_eq!(path.next_1d(), sampler.get_1d(key, 3));
+}

@@ -1,0 +1,257 @@
+//! Surfaces: texture coordinates and normals as Mitsuba 3 has them, exact positions, and rays that
+//! leave without meeting the same surface again.
+
+mod support;
+
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use support::points;
+use support::rays::trace;
+use telamon::math::{Frame, warp};
+use telamon::ray::Ray;
+use telamon::shape::{Disk, Shape, Sphere, SurfacePoint, TriangleMesh, primitives};
+
+fn scaled(x: f64, y: f64, z: f64) -> DAffine3 {
+    DAffine3::from_scale(DVec3::new(x, y, z))
+}
+
+/// A ray towards a shape, and what Mitsuba 3.7 (`scalar_rgb`, `ray_intersect`) says it finds there:
+/// `si.uv` and `si.sh_frame.n`.
+struct Expected {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    uv: [f32; 2],
+    normal: [f32; 3],
+}
+
+const fn seen(origin: [f32; 3], direction: [f32; 3], uv: [f32; 2], normal: [f32; 3]) -> Expected {
+    Expected { origin, direction, uv, normal }
+}
+
+fn assert_seen(name: &str, shape: &dyn Shape, expected: &[Expected]) {
+    for e in expected {
+        let ray = Ray::new(e.origin.into(), e.direction.into());
+        let hit = trace(shape, &ray).unwrap_or_else(|| panic!("{name}: missed"));
+        let (uv, point) = (shape.uv(&ray, &hit), shape.surface(&ray, &hit));
+        // The literals have six digits.
+        assert!((uv - Vec2::from(e.uv)).length() < 2e-6, "{name}: uv {uv}, expected {:?}", e.uv);
+        let normal = Vec3::from(e.normal);
+        assert!((point.shading_normal - normal).length() < 2e-6, "{name}: {point:?}");
+        assert!((point.geometric_normal - normal).length() < 2e-6, "{name}: {point:?}");
+    }
+}
+
+const DOWN: [f32; 3] = [0.0, 0.0, -1.0];
+
+#[test]
+fn rectangles_are_those_of_mitsuba() {
+    let at = |uv, normal| [seen([0.5, 0.25, 3.0], DOWN, uv, normal)];
+    let up = [0.0, 0.0, 1.0];
+    for (name, to_world, flip, uv, normal) in [
+        ("plain", scaled(1.0, 1.0, 1.0), false, [0.75, 0.625], up),
+        ("flipped", scaled(1.0, 1.0, 1.0), true, [0.75, 0.625], DOWN),
+        // The normal goes with the inverse transpose: x mirrored leaves it, z mirrored turns it.
+        ("mirrored in x", scaled(-1.0, 1.0, 1.0), false, [0.25, 0.625], up),
+        ("mirrored in z", scaled(1.0, 1.0, -1.0), false, [0.75, 0.625], DOWN),
+    ] {
+        assert_seen(name, &primitives::rectangle(to_world, flip).0, &at(uv, normal));
+    }
+}
+
+#[test]
+fn cubes_are_those_of_mitsuba() {
+    let faces = [
+        seen([3.0, 0.5, 0.25], [-1.0, 0.0, 0.0], [0.75, 0.375], [1.0, 0.0, 0.0]),
+        seen([-3.0, 0.5, 0.25], [1.0, 0.0, 0.0], [0.75, 0.625], [-1.0, 0.0, 0.0]),
+        seen([0.5, 3.0, 0.25], [0.0, -1.0, 0.0], [0.25, 0.375], [0.0, 1.0, 0.0]),
+        seen([0.5, -3.0, 0.25], [0.0, 1.0, 0.0], [0.625, 0.75], [0.0, -1.0, 0.0]),
+        seen([0.5, 0.25, 3.0], DOWN, [0.625, 0.75], [0.0, 0.0, 1.0]),
+        seen([0.5, 0.25, -3.0], [0.0, 0.0, 1.0], [0.375, 0.75], [0.0, 0.0, -1.0]),
+    ];
+    assert_seen("cube", &primitives::cube(scaled(1.0, 1.0, 1.0), false).0, &faces);
+    let mirrored = [
+        seen([3.0, 0.5, 0.25], [-1.0, 0.0, 0.0], [0.75, 0.625], [1.0, 0.0, 0.0]),
+        seen([-3.0, 0.5, 0.25], [1.0, 0.0, 0.0], [0.75, 0.375], [-1.0, 0.0, 0.0]),
+    ];
+    assert_seen("mirrored", &primitives::cube(scaled(-1.0, 1.0, 1.0), false).0, &mirrored);
+    let flipped = [seen([3.0, 0.5, 0.25], [-1.0, 0.0, 0.0], [0.75, 0.375], [-1.0, 0.0, 0.0])];
+    assert_seen("flipped", &primitives::cube(scaled(1.0, 1.0, 1.0), true).0, &flipped);
+}
+
+/// u is the azimuth in turns: atan(0.8 / 0.6) / 2π = 0.147584. v is the polar angle in half turns:
+/// acos(0.8) / π = 0.204833.
+#[test]
+fn spheres_are_those_of_mitsuba() {
+    let world = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
+    let expected = [
+        seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [0.6, 0.8, 0.0]),
+        seen([0.6, -3.0, 0.0], [0.0, 1.0, 0.0], [0.852_416, 0.5], [0.6, -0.8, 0.0]),
+        seen([-0.6, 0.0, 3.0], DOWN, [0.5, 0.204_833], [-0.6, 0.0, 0.8]),
+        seen([-0.6, 0.0, -3.0], [0.0, 0.0, 1.0], [0.5, 0.795_167], [-0.6, 0.0, -0.8]),
+    ];
+    assert_seen("sphere", &Sphere::new(Vec3::ZERO, 1.0, world, false), &expected);
+    // Turned by 90 degrees about x: y goes to z, z to -y.
+    let turned = Frame { s: Vec3::X, t: Vec3::Z, n: Vec3::NEG_Y };
+    let expected = [seen([0.0, 0.6, 3.0], DOWN, [0.25, 0.704_833], [0.0, 0.6, 0.8])];
+    assert_seen("turned", &Sphere::new(Vec3::ZERO, 1.0, turned, false), &expected);
+    let expected = [seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [-0.6, -0.8, 0.0])];
+    assert_seen("flipped", &Sphere::new(Vec3::ZERO, 1.0, world, true), &expected);
+}
+
+/// u is the radius, v the azimuth in turns.
+#[test]
+fn disks_are_those_of_mitsuba() {
+    let disk = |to_world, flip| Disk::new(to_world, flip).expect("not singular");
+    let up = [0.0, 0.0, 1.0];
+    let plain = [
+        seen([0.3, 0.4, 3.0], DOWN, [0.5, 0.147_584], up),
+        seen([0.3, -0.4, 3.0], DOWN, [0.5, 0.852_416], up),
+        seen([-0.3, 0.4, 3.0], DOWN, [0.5, 0.352_416], up),
+    ];
+    assert_seen("disk", &disk(scaled(1.0, 1.0, 1.0), false), &plain);
+    let one = |uv, normal| [seen([0.3, 0.4, 3.0], DOWN, uv, normal)];
+    let mirrored = disk(scaled(-1.0, 1.0, 1.0), false);
+    assert_seen("mirrored in x", &mirrored, &one([0.5, 0.352_416], up));
+    let mirrored = disk(scaled(1.0, 1.0, -1.0), false);
+    assert_seen("mirrored in z", &mirrored, &one([0.5, 0.147_584], DOWN));
+    assert_seen("flipped", &disk(scaled(1.0, 1.0, 1.0), true), &one([0.5, 0.147_584], DOWN));
+}
+
+/// The normal of a distant sphere, for a ray taken as exact: the rounding of t moves the point by
+/// 6e-8 of the distance along the ray, which is much against the radius.
+#[test]
+fn distant_spheres_have_exact_normals() {
+    for (radius, distance) in [(1.0f32, 1e3f32), (1.0, 1e6), (1e-3, 1e3), (1e-6, 1.0)] {
+        let axis = Vec3::new(1.0, 2.0, 3.0).normalize();
+        let sphere = Sphere::new(axis * distance, radius, Frame::from_normal(Vec3::Z), false);
+        let center = (axis * distance).as_dvec3();
+        let mut hits = 0;
+        for u in points(1, 10_000) {
+            let across = Frame::from_normal(axis).to_world((u * 1.8 - 0.9).extend(0.0));
+            // Parallel to the line to the centre, so that most rays hit.
+            let ray = Ray::new(across * radius, axis);
+            let Some(hit) = trace(&sphere, &ray) else {
+                continue;
+            };
+            hits += 1;
+            let (o, d) = (ray.origin.as_dvec3() - center, ray.direction.as_dvec3());
+            let (a, b) = (d.length_squared(), o.dot(d));
+            let closest = o - d * (b / a);
+            let half = ((f64::from(radius).powi(2) - closest.length_squared()) / a).sqrt();
+            let exact = (closest - d * half) / f64::from(radius);
+            let normal = sphere.surface(&ray, &hit).geometric_normal.as_dvec3();
+            // One rounding for each coordinate.
+            assert!((normal - exact).length() < 2e-7, "{radius} at {distance}: {normal}, {exact}");
+        }
+        assert!(hits > 1_000, "{radius} at {distance}: only {hits} hits");
+    }
+}
+
+const CENTERS: [f32; 4] = [0.0, 1.0, -100.0, 1e5];
+
+/// Rays that leave a sphere to either side: outwards none comes back, inwards each meets the far side.
+#[test]
+fn rays_leave_spheres() {
+    for (size, center) in [1e-3f32, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
+        let center = Vec3::new(center, -0.7 * center, 0.3 * center);
+        let sphere = Sphere::new(center, size, Frame::from_normal(Vec3::Z), false);
+        for (a, b) in points(11, 2_000).zip(points(12, 2_000)) {
+            let side = warp::square_to_uniform_sphere(a);
+            let ray = Ray::new(center + side * (3.0 * size), -side);
+            let Some(hit) = trace(&sphere, &ray) else {
+                continue;
+            };
+            let point = sphere.surface(&ray, &hit);
+            let direction = warp::square_to_uniform_sphere(b);
+            let cosine = direction.dot(point.geometric_normal);
+            let again = trace(&sphere, &point.spawn(direction)).map(|h| h.t);
+            if cosine >= 0.0 {
+                assert_eq!(again, None, "{size} at {center}: {direction} from {point:?}");
+                continue;
+            }
+            // The far end of the chord, unless the ray starts too deep for so flat a chord.
+            let chord = -2.0 * size * cosine;
+            if chord > 100.0 * point.offset {
+                let t = again.unwrap_or_else(|| panic!("{size} at {center}: no far side"));
+                let slack = 4.0 * point.offset / -cosine + 1e-5 * size;
+                assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
+            }
+        }
+    }
+}
+
+/// Rays that leave a disk never meet it again.
+#[test]
+fn rays_leave_disks() {
+    for (size, center) in [1e-6f64, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
+        let turn = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
+        let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.5, 2.0, 0.0), DVec3::Z);
+        let offset = f64::from(center) * DVec3::new(1.0, -0.7, 0.3);
+        let to_world = DAffine3::from_mat3_translation(turn * shear * size, offset);
+        let disk = Disk::new(to_world, false).expect("not singular");
+        for (a, b) in points(21, 2_000).zip(points(22, 2_000)) {
+            let s = disk.sample_primitive(0, Vec3::splat(3e5), a).expect("seen");
+            let direction = warp::square_to_uniform_sphere(b);
+            let again = trace(&disk, &s.point.spawn(direction));
+            assert_eq!(again, None, "{size} at {center}: {direction}");
+        }
+    }
+}
+
+/// pbrt's recipe: triangles whose coordinates range over 16 decades. A ray starts on the side that it
+/// goes to, clear of the exact plane by a good part of the offset.
+#[test]
+fn rays_leave_triangles_on_their_own_side() {
+    let coordinates = |seed| {
+        points(seed, 9_000)
+            .map(|u| 10f64.powf(16.0 * f64::from(u.x) - 8.0).copysign(f64::from(u.y) - 0.5))
+    };
+    let all: Vec<f32> = coordinates(31).map(|x| x as f32).collect();
+    let mut tested = 0;
+    for corners in all.chunks(9) {
+        let corners = [0, 3, 6].map(|i| Vec3::new(corners[i], corners[i + 1], corners[i + 2]));
+        let [a, b, c] = corners.map(|p| p.as_dvec3());
+        let across = (b - a).cross(c - a);
+        if across.length_squared() < 1e-20 {
+            continue;
+        }
+        let exact_normal = across.normalize();
+        let positions = corners.map(Into::into).into();
+        let (mesh, _) =
+            TriangleMesh::new(positions, vec![[0, 1, 2]], Vec::new(), Vec::new()).expect("valid");
+        for (u, w) in points(32, 100).zip(points(33, 100)) {
+            let Some(s) = mesh.sample_primitive(0, Vec3::splat(1e9), u) else {
+                continue;
+            };
+            assert_leaves(&s.point, a, exact_normal, warp::square_to_uniform_sphere(w));
+            tested += 1;
+        }
+    }
+    assert!(tested > 80_000, "only {tested} rays");
+}
+
+fn assert_leaves(point: &SurfacePoint, corner: DVec3, exact_normal: DVec3, direction: Vec3) {
+    let error = (point.geometric_normal.as_dvec3() - exact_normal).length();
+    // Coordinates rounded once from f64.
+    assert!(error < 1.1e-7, "normal {} is off by {error}", point.geometric_normal);
+    let height = (point.position.as_dvec3() - corner).dot(exact_normal).abs();
+    let offset = f64::from(point.offset);
+    // A quarter is what the measurements behind the factor 32 allow.
+    assert!(height <= 0.25 * offset, "{height} above the plane, offset {offset}");
+    let cosine = f64::from(direction.dot(point.geometric_normal));
+    if cosine.abs() < 1e-6 {
+        return;
+    }
+    let start = (point.leave_towards(direction).as_dvec3() - corner).dot(exact_normal);
+    assert!(start * cosine.signum() >= 0.5 * offset, "starts at {start}, offset {offset}");
+}
+
+/// Two squares 1e-5 apart at coordinates near 1 do not hide each other.
+#[test]
+fn offsets_are_small() {
+    let square = primitives::rectangle(DAffine3::from_translation(DVec3::ONE), false).0;
+    let ray = Ray::new(Vec3::new(1.2, 1.1, 5.0), Vec3::NEG_Z);
+    let hit = trace(&square, &ray).expect("in front");
+    let offset = square.surface(&ray, &hit).offset;
+    // 32 · 2⁻²⁴ · |z| with z = 1.
+    assert_eq!(offset, 32.0 / 16_777_216.0);
+}

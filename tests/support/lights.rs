@@ -1,0 +1,100 @@
+//! Shapes that emit, each with a place from which its irradiance has a closed form.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use telamon::math::Frame;
+use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
+
+/// A light of radiance 1 and a receiver.
+pub(crate) struct Light {
+    pub(crate) name: String,
+    pub(crate) shape: Arc<dyn Shape>,
+    /// Position of the receiver.
+    pub(crate) from: Vec3,
+    /// Which way the receiver faces.
+    pub(crate) normal: Vec3,
+    pub(crate) irradiance: f64,
+}
+
+impl Light {
+    /// How far the density at a point hit may be off because the direction, good to 2⁻²⁴, leads to
+    /// another point: nearly twice the angle over the smallest cosine, for the light that is nearly
+    /// in contact.
+    pub(crate) fn direction_error(&self) -> f64 {
+        if self.name.starts_with("sphere around") { 1e-5 } else { 0.0 }
+    }
+}
+
+/// The square of half side `half` around `center` that faces −z.
+pub(crate) fn square(half: f64, center: Vec3) -> Arc<dyn Shape> {
+    let to_world =
+        DAffine3::from_translation(center.as_dvec3()) * DAffine3::from_scale(DVec3::splat(half));
+    Arc::new(primitives::rectangle(to_world, true).0)
+}
+
+pub(crate) fn sphere(center: Vec3, radius: f32) -> Arc<dyn Shape> {
+    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3::Y), false))
+}
+
+/// A triangle that faces those who see its corners counter-clockwise.
+pub(crate) fn triangle(corners: [Vec3; 3]) -> Arc<dyn Shape> {
+    let positions = corners.map(Into::into).into();
+    let (mesh, _) = TriangleMesh::new(positions, vec![[0, 1, 2]], Vec::new(), Vec::new())
+        .expect("one triangle");
+    Arc::new(mesh)
+}
+
+/// The lights of the table.
+pub(crate) fn lights() -> Vec<Light> {
+    let light = |name: String, shape, irradiance| Light {
+        name,
+        shape,
+        from: Vec3::ZERO,
+        normal: Vec3::Z,
+        irradiance,
+    };
+    let mut lights = Vec::new();
+    // A square of side a at height h. That of side 2 at 0.001 is left out: only one point in a
+    // million lies where its light comes from.
+    for (side, height) in [(2.0, 1.0), (0.2, 1.0), (0.002, 1.0), (2.0, 1000.0)] {
+        let shape = square(0.5 * side, Vec3::Z * height as f32);
+        lights.push(light(
+            format!("square {side} at {height}"),
+            shape,
+            above_square(0.5 * side, height),
+        ));
+    }
+    // The same square, seen as the underside of a cube.
+    let raised = DAffine3::from_translation(DVec3::Z * 3.0);
+    let cube = Arc::new(primitives::cube(raised, false).0);
+    lights.push(light("cube".into(), cube, above_square(1.0, 2.0)));
+    // From inside, a closed surface fills the hemisphere, whatever its shape.
+    let inside = DAffine3::from_translation(DVec3::new(0.3, -0.2, 0.4));
+    lights.push(light("cube around".into(), Arc::new(primitives::cube(inside, true).0), PI));
+    for radius in [1.0f32, 0.5] {
+        // Ellipse of half axes a and b on the axis at h: π a b / √((a² + h²)(b² + h²)).
+        let (a, b, h) = (1.5, f64::from(radius), 2.0);
+        let mirrored = DMat3::from_diagonal(DVec3::new(a, b, -1.0));
+        let to_world = DAffine3::from_mat3_translation(mirrored, DVec3::Z * h);
+        let disk = Disk::new(to_world, false).expect("not singular");
+        let expected = PI * a * b / ((a * a + h * h) * (b * b + h * h)).sqrt();
+        lights.push(light(format!("disk {a} by {b}"), Arc::new(disk), expected));
+    }
+    for (radius, distance) in [(1.0f32, 3.0f32), (1.0, 1.5), (1.0, 1.001), (1e-4, 1.0), (1e-6, 1.0)]
+    {
+        let ratio = f64::from(radius) / f64::from(distance);
+        let shape = sphere(Vec3::Z * distance, radius);
+        lights.push(light(format!("sphere {radius} at {distance}"), shape, PI * ratio * ratio));
+    }
+    let around = Sphere::new(Vec3::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3::Y), true);
+    lights.push(light("sphere around".into(), Arc::new(around), PI));
+    lights
+}
+
+/// Irradiance under the middle of a square of half side s at height h: 4 A atan A, A = s/√(s² + h²).
+fn above_square(s: f64, h: f64) -> f64 {
+    let a = s / s.hypot(h);
+    4.0 * a * a.atan()
+}
