@@ -13,6 +13,8 @@ pub(super) fn check(graph: &Graph, issues: &mut Vec<Issue>) {
             None => check_scene(graph, node, issues),
             Some(category) => match plugins::find(category, &node.plugin) {
                 Some(plugin) => check_object(graph, node, plugin, issues),
+                // An object without a type has been reported.
+                None if node.plugin.is_empty() => {}
                 None => issues.push(unknown_plugin(node, category)),
             },
         }
@@ -20,17 +22,10 @@ pub(super) fn check(graph: &Graph, issues: &mut Vec<Issue>) {
 }
 
 fn unknown_plugin(node: &Node, category: Category) -> Issue {
-    let known = || {
-        plugins::supported()
-            .filter(|p| p.category() == category)
-            .map(|p| p.name)
-    };
+    let known = || plugins::supported().filter(|p| p.category() == category).map(|p| p.name);
     let name = &node.plugin;
-    let message = format!(
-        "{} `{name}` is not supported{}",
-        category.tag(),
-        did_you_mean(name, known())
-    );
+    let message =
+        format!("{} `{name}` is not supported{}", category.tag(), did_you_mean(name, known()));
     Issue::new(node.plugin_place, message).with_help(format!("use one of {}", quoted(known())))
 }
 
@@ -48,12 +43,8 @@ fn check_scene(graph: &Graph, scene: &Node, issues: &mut Vec<Issue>) {
         };
         // With an id it is there to be referred to.
         if node.id.is_empty() {
-            let owner = if category == Category::Filter {
-                "film"
-            } else {
-                "sensor"
-            };
-            let message = format!("a {} belongs inside a {owner}", category.tag());
+            let owner = if category == Category::Filter { "film" } else { "sensor" };
+            let message = format!("<{}> must stand inside a <{owner}>", category.tag());
             issues.push(Issue::new(child.place, message));
         }
     }
@@ -68,16 +59,9 @@ fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Is
             (Some(_), None) => {}
         }
     }
-    for info in plugin
-        .properties
-        .iter()
-        .filter(|p| p.default == Default::Required)
-    {
+    for info in plugin.properties.iter().filter(|p| p.default == Default::Required) {
         if !node.properties.iter().any(|p| p.name == info.name) {
-            let message = format!(
-                "{object} needs the property `{}` ({})",
-                info.name, info.help
-            );
+            let message = format!("{object} needs the property `{}` ({})", info.name, info.help);
             issues.push(Issue::new(node.place, message));
         }
     }
@@ -86,16 +70,13 @@ fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Is
 
 fn unknown_property(property: &Property, object: &str, plugin: &Plugin) -> Issue {
     let names = || plugin.properties.iter().map(|p| p.name);
-    let expected = match plugin.properties {
-        [] => "expected none".to_owned(),
+    let hint = did_you_mean(&property.name, names());
+    let message = format!("{object}: unexpected property `{}`{hint}", property.name);
+    let help = match plugin.properties {
+        [] => format!("{object} takes no properties"),
         _ => format!("expected one of {}", quoted(names())),
     };
-    let name = &property.name;
-    let hint = did_you_mean(name, names());
-    Issue::new(
-        property.name_place,
-        format!("{object}: unexpected property `{name}`{hint} ({expected})"),
-    )
+    Issue::new(property.name_place, message).with_help(help)
 }
 
 fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues: &mut Vec<Issue>) {
@@ -105,11 +86,7 @@ fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues
         let tag = category.map_or("scene", Category::tag);
         let Some(part) = plugin.parts.iter().find(|p| Some(p.category) == category) else {
             let tags = plugin.parts.iter().map(|p| p.category.tag());
-            let expected = if plugin.parts.is_empty() {
-                "no objects".into()
-            } else {
-                quoted(tags)
-            };
+            let expected = if plugin.parts.is_empty() { "no objects".into() } else { quoted(tags) };
             let message = format!("{object}: unexpected {tag} inside it (expected {expected})");
             issues.push(Issue::new(child.place, message));
             continue;
@@ -133,7 +110,7 @@ fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues
 
 fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Option<Issue> {
     let complain = |wrong: String| {
-        let message = format!("`{}` {wrong} (expected {})", property.name, info.kind);
+        let message = format!("`{}` {wrong} (expected: {})", property.name, info.kind);
         Some(Issue::new(property.value_place, message))
     };
     let wrong_kind = || complain(format!("is {}", value.describe()));
@@ -151,16 +128,12 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
         }
         (Kind::RefractiveIndex, Value::Text(name)) => indices::find(name)
             .is_none()
-            .then(|| unknown_name(property, "refractive index", name, &indices::names())),
+            .then(|| unknown_name(property, "refractive index for", name, &indices::names())),
         (Kind::Metal, Value::Text(name)) => (!metals::is_known(name))
             .then(|| unknown_name(property, "metal", name, &metals::names())),
         (Kind::Choice(names), Value::Text(name)) => {
             let known = names.iter().any(|n| n.eq_ignore_ascii_case(name));
-            if known {
-                None
-            } else {
-                complain(format!("is `{name}`"))
-            }
+            if known { None } else { complain(format!("is `{name}`")) }
         }
         (Kind::Float(bounds), _) => match number(value) {
             Some(v) if bounds.contain(v) => None,
@@ -187,11 +160,8 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
 
 fn unknown_name(property: &Property, what: &str, name: &str, known: &[&str]) -> Issue {
     let hint = did_you_mean(name, known.iter().copied());
-    Issue::new(
-        property.value_place,
-        format!("there is no {what} for `{name}`{hint}"),
-    )
-    .with_help(format!("known are {}", quoted(known.iter().copied())))
+    Issue::new(property.value_place, format!("there is no {what} `{name}`{hint}"))
+        .with_help(format!("known are {}", quoted(known.iter().copied())))
 }
 
 fn number(value: &Value) -> Option<f64> {

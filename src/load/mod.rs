@@ -1,6 +1,6 @@
 //! Files in: Mitsuba 3 scenes, and the meshes that they name.
 //!
-//! A scene passes through stages, one file each: [`document`] reads XML and keeps positions, `expand`
+//! A scene passes through stages, one file each: `document` reads XML and keeps positions, `expand`
 //! joins included files and substitutes parameters, `upgrade` brings older versions up to date, `graph`
 //! finds objects and references, `check` compares them with the table of [`plugins`], and `assemble`
 //! calls the constructors that the table names. Every stage reports all that it finds wrong; the next one
@@ -82,13 +82,7 @@ fn load(
 ) -> Result<Loaded, LoadError> {
     let mut expander = Expander::new(Parameters::new(&options.defines));
     let root = open(&mut expander);
-    let Expander {
-        sources,
-        parameters,
-        issues,
-        mut warnings,
-        ..
-    } = expander;
+    let Expander { sources, parameters, issues, mut warnings, .. } = expander;
     warnings.extend(parameters.unused().map(|(name, value)| {
         Issue::new(
             Place::whole(0),

@@ -100,11 +100,7 @@ pub struct Part {
 impl Part {
     /// At most one.
     pub(super) const fn optional(category: Category) -> Self {
-        Self {
-            category,
-            least: 0,
-            most: 1,
-        }
+        Self { category, least: 0, most: 1 }
     }
 }
 
@@ -128,12 +124,7 @@ pub(super) const fn property(
     default: Default,
     help: &'static str,
 ) -> PropertyInfo {
-    PropertyInfo {
-        name,
-        kind,
-        default,
-        help,
-    }
+    PropertyInfo { name, kind, default, help }
 }
 
 /// The values that a property takes.
@@ -197,7 +188,7 @@ impl fmt::Display for Bounds {
         f.write_str(match self {
             Self::Any => "any finite",
             Self::Positive => "above 0",
-            Self::NotNegative => "0 or above",
+            Self::NotNegative => "of 0 or above",
             Self::Unit => "from 0 to 1",
             Self::Probability => "above 0, up to 1",
         })
@@ -208,19 +199,19 @@ impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Boolean => f.write_str("boolean"),
-            Self::Integer(min, max) if *max >= i64::from(u32::MAX) => {
-                write!(f, "integer, {min} or above")
+            Self::Integer(min, max) if *max >= i64::from(i32::MAX) => {
+                write!(f, "integer of {min} or above")
             }
             Self::Integer(min, max) => write!(f, "integer from {min} to {max}"),
             Self::Float(Bounds::Any) => f.write_str("float"),
-            Self::Float(bounds) => write!(f, "float, {bounds}"),
+            Self::Float(bounds) => write!(f, "float {bounds}"),
             Self::Text => f.write_str("string"),
-            Self::Choice(names) => write!(f, "string: {}", names.join(", ")),
+            Self::Choice(names) => write!(f, "one of {}", names.join(", ")),
             Self::File => f.write_str("file name"),
             Self::Point => f.write_str("point"),
             Self::Transform => f.write_str("transform"),
             Self::Rgb(Bounds::Any) => f.write_str("colour"),
-            Self::Rgb(bounds) => write!(f, "colour, {bounds}"),
+            Self::Rgb(bounds) => write!(f, "colour {bounds}"),
             Self::RefractiveIndex => f.write_str("float above 0, or name of a substance"),
             Self::Metal => f.write_str("name of a metal, or none"),
         }
@@ -360,11 +351,7 @@ mod tests {
                     (Kind::Choice(names), Default::Text(name)) => names.contains(&name),
                     _ => false,
                 };
-                assert!(
-                    fits,
-                    "{} {}: {:?} as {:?}",
-                    plugin.name, p.name, p.default, p.kind
-                );
+                assert!(fits, "{} {}: {:?} as {:?}", plugin.name, p.name, p.default, p.kind);
                 assert!(!p.help.is_empty() && !p.kind.to_string().is_empty());
             }
         }

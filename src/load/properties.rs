@@ -1,6 +1,6 @@
 //! Objects as their constructors see them: checked, with defaults filled in from the table.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
 
@@ -31,23 +31,12 @@ impl<'a> Object<'a> {
     pub(super) fn new(graph: &'a Graph, sources: &'a Sources, index: usize) -> Option<Self> {
         let node = &graph.nodes[index];
         let plugin = plugins::find(node.category?, &node.plugin)?;
-        Some(Self {
-            graph,
-            sources,
-            index: Some(index),
-            node: Some(node),
-            plugin,
-        })
+        Some(Self { graph, sources, index: Some(index), node: Some(node), plugin })
     }
 
     /// An object that the file leaves out.
     pub(super) fn left_out(self, plugin: &'static Plugin) -> Self {
-        Self {
-            index: None,
-            node: None,
-            plugin,
-            ..self
-        }
+        Self { index: None, node: None, plugin, ..self }
     }
 
     /// What tells it from all other objects; `None` if the file leaves it out.
@@ -98,10 +87,7 @@ impl<'a> Object<'a> {
     /// An error if the file gives a value that `why` would have no effect.
     pub(super) fn refuse(&self, names: &[&str], why: &str) -> Result<(), Issue> {
         match names.iter().find_map(|name| self.given(name)) {
-            Some(p) => Err(Issue::new(
-                p.name_place,
-                format!("`{}` has no effect {why}", p.name),
-            )),
+            Some(p) => Err(Issue::new(p.name_place, format!("`{}` has no effect {why}", p.name))),
             None => Ok(()),
         }
     }
@@ -158,10 +144,7 @@ impl<'a> Object<'a> {
             unreachable!("{IN_TABLE}")
         };
         let text = self.text(name).expect(IN_TABLE);
-        names
-            .iter()
-            .find(|n| n.eq_ignore_ascii_case(text))
-            .expect(IN_TABLE)
+        names.iter().find(|n| n.eq_ignore_ascii_case(text)).expect(IN_TABLE)
     }
 
     pub(super) fn point(&self, name: &str) -> DVec3 {
@@ -196,17 +179,20 @@ impl<'a> Object<'a> {
     /// The file that a property names.
     ///
     /// # Errors
-    /// No such file. A comment right before the property is shown: it may say where to get the file.
+    /// No such file. A comment right before the property is shown, or else the comment at the head of
+    /// the scene if it mentions the file: either may say where the file comes from.
     pub(super) fn file(&self, name: &str) -> Result<PathBuf, Issue> {
         let text = self.text(name).expect(IN_TABLE);
-        self.sources
-            .find_file(text, self.place_of(name))
-            .map_err(
-                |issue| match self.given(name).and_then(|p| p.comment.as_deref()) {
-                    Some(comment) => issue.with_help(format!("the scene says: {comment}")),
-                    None => issue,
-                },
-            )
+        let place = self.place_of(name);
+        self.sources.find_file(text, place).map_err(|issue| {
+            let file_name = Path::new(text).file_name().and_then(|n| n.to_str()).unwrap_or(text);
+            let opening = self.sources.get(place.file).opening.as_deref();
+            let opening = opening.filter(|comment| comment.contains(file_name));
+            match self.given(name).and_then(|p| p.comment.as_deref()).or(opening) {
+                Some(comment) => issue.with_help(format!("the scene says: {comment}")),
+                None => issue,
+            }
+        })
     }
 
     fn given(&self, name: &str) -> Option<&'a Property> {

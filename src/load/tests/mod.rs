@@ -1,5 +1,5 @@
-//! Tests of the loader as a whole. Text is loaded from memory, so no test needs files but those of
-//! `format.rs`.
+//! Tests of the loader as a whole. Text is loaded from memory; only `format.rs` and `meshes.rs` write
+//! files, where several of them are what is tested.
 
 use std::path::Path;
 
@@ -9,6 +9,7 @@ use crate::scene::Description;
 mod effects;
 mod format;
 mod fuzz;
+mod meshes;
 mod messages;
 
 const SENSOR: &str = "<sensor type=\"perspective\"/>";
@@ -20,7 +21,5 @@ fn load(text: &str) -> Result<Loaded, LoadError> {
 /// The description of a scene with this content and a sensor.
 fn description(content: &str) -> Description {
     let text = format!("<scene version=\"3.0.0\">{content}{SENSOR}</scene>");
-    load(&text)
-        .unwrap_or_else(|e| panic!("{text}\n{e}"))
-        .description
+    load(&text).unwrap_or_else(|e| panic!("{text}\n{e}")).description
 }
