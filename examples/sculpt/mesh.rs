@@ -63,7 +63,11 @@ pub(crate) fn write_ply(mesh: &Mesh, normals: bool, path: &Path) -> io::Result<(
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
-    let file = tempfile::NamedTempFile::new_in(folder)?;
+    let mut builder = tempfile::Builder::new();
+    // As readable as any new file; temporary ones are their owner's only.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let file = builder.tempfile_in(folder)?;
     let mut out = BufWriter::with_capacity(1 << 20, file);
     encode(mesh, normals, &mut out)?;
     out.into_inner()?.persist(path)?;

@@ -43,6 +43,10 @@ fn volume(mesh: &Mesh) -> f64 {
 }
 
 #[test]
+#[expect(
+    clippy::print_stdout,
+    reason = "the genus, for those who ask with --nocapture"
+)]
 fn every_size_is_watertight_and_as_large_as_asked() {
     for wanted in [1_000, 1_500, 2_000, 4_000, 8_000, 16_000, 64_000, 250_000] {
         let mesh = sculpt(wanted);
