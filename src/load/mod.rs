@@ -1,3 +1,116 @@
-//! Files in: scenes and meshes become validated values.
+//! Files in: Mitsuba 3 scenes, and the meshes that they name.
+//!
+//! A scene passes through stages, one file each: [`document`] reads XML and keeps positions, `expand`
+//! joins included files and substitutes parameters, `upgrade` brings older versions up to date, `graph`
+//! finds objects and references, `check` compares them with the table of [`plugins`], and `assemble`
+//! calls the constructors that the table names. Every stage reports all that it finds wrong; the next one
+//! runs only if there is nothing.
 
+use std::path::Path;
+
+use crate::scene::Description;
+
+mod assemble;
+mod bsdf;
+mod check;
+mod document;
+mod emitter;
+mod expand;
+mod film;
+mod graph;
+mod indices;
+mod integrator;
 pub mod mesh;
+mod metals;
+pub mod plugins;
+pub mod problem;
+mod properties;
+mod sampler;
+mod sensor;
+mod shape;
+mod substitute;
+mod transform;
+mod upgrade;
+mod values;
+
+#[cfg(test)]
+mod tests;
+
+pub use problem::{LoadError, Position, Problem, Warning};
+
+use assemble::Notes;
+use document::{Element, Place};
+use expand::Expander;
+use problem::Issue;
+use substitute::Parameters;
+
+/// What the user adds to a scene file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Values of parameters, by name: they replace `$name` and win over `<default>`.
+    pub defines: Vec<(String, String)>,
+}
+
+/// A scene that was loaded.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The scene and how it is to be rendered.
+    pub description: Description,
+    /// What may not be as meant, each thing once, in the order of the files.
+    pub warnings: Vec<Warning>,
+}
+
+/// Loads the scene file at `path`, and the files that it names.
+///
+/// # Errors
+/// Everything that is wrong with it, as far as one stage of loading finds it.
+pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    load(options, |expander| expander.file(path))
+}
+
+/// Loads the scene in `text`, as if it stood in a file at `path`, which need not exist.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_text(text: &str, path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    load(options, |expander| expander.text(text, path))
+}
+
+fn load(
+    options: &LoadOptions,
+    open: impl FnOnce(&mut Expander) -> Option<Element>,
+) -> Result<Loaded, LoadError> {
+    let mut expander = Expander::new(Parameters::new(&options.defines));
+    let root = open(&mut expander);
+    let Expander {
+        sources,
+        parameters,
+        issues,
+        mut warnings,
+        ..
+    } = expander;
+    warnings.extend(parameters.unused().map(|(name, value)| {
+        Issue::new(
+            Place::whole(0),
+            format!("nothing refers to the parameter `{name}` (given as {value})"),
+        )
+    }));
+    let mut notes = Notes { issues, warnings };
+    let fail_on_issues = |notes: &Notes| match notes.issues.as_slice() {
+        [] => Ok(()),
+        issues => Err(LoadError::new(issues, &sources)),
+    };
+
+    fail_on_issues(&notes)?;
+    let mut root = root.expect("a file without issues has a root");
+    upgrade::upgrade(&mut root, &sources);
+    let graph = graph::build(&root, &mut notes.issues);
+    check::check(&graph, &mut notes.issues);
+    fail_on_issues(&notes)?;
+    let description = assemble::assemble(&graph, &sources, &mut notes);
+    fail_on_issues(&notes)?;
+    Ok(Loaded {
+        description: description.expect("a scene without issues is complete"),
+        warnings: notes.warnings.iter().map(|w| w.resolve(&sources)).collect(),
+    })
+}

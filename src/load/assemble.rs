@@ -1,0 +1,247 @@
+//! Objects to the description of a scene.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::document::{Place, Sources};
+use super::emitter::Light;
+use super::graph::Graph;
+use super::plugins::{Build, Category};
+use super::problem::Issue;
+use super::properties::Object;
+use super::shape::BuiltShape;
+use super::{bsdf, emitter, film, integrator, sampler, shape};
+use crate::bsdf::Bsdf;
+use crate::camera::Perspective;
+use crate::emitter::{Area, Emitter};
+use crate::scene::settings::{FilmSettings, IntegratorSettings, SamplerSettings};
+use crate::scene::{Description, Object as SceneObject, Scene};
+use crate::shape::mesh::Dropped;
+
+/// What is wrong, and what may not be as meant.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    pub(super) issues: Vec<Issue>,
+    pub(super) warnings: Vec<Issue>,
+}
+
+/// The description of a graph that passed the check; `None` if issues were noted.
+pub(super) fn assemble(graph: &Graph, sources: &Sources, notes: &mut Notes) -> Option<Description> {
+    let root = graph.nodes.first()?;
+    let top: Vec<Object<'_>> = root
+        .children
+        .iter()
+        .filter_map(|c| Object::new(graph, sources, c.node))
+        .collect();
+    let of = |category| -> Vec<Object<'_>> {
+        top.iter()
+            .filter(|o| o.plugin().category() == category)
+            .copied()
+            .collect()
+    };
+    let mut parts = Parts::default();
+    // Materials that no shape uses are built too: what is wrong with them is worth knowing.
+    for object in of(Category::Bsdf) {
+        if let Err(issue) = parts.bsdf(&object) {
+            notes.issues.push(issue);
+        }
+    }
+    let objects = parts.shapes(&of(Category::Shape), notes);
+    let environment = parts.lights(&of(Category::Emitter), notes);
+    let view = view(&of(Category::Sensor), root.place, notes);
+    let settings = integrator_settings(&of(Category::Integrator), notes);
+    if !notes.issues.is_empty() {
+        return None;
+    }
+    let (camera, film, sampler) = view?;
+    let integrator = settings.unwrap_or_else(|| IntegratorSettings::Path(Default::default()));
+    let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
+        .expect("indices were handed out with the parts");
+    Some(Description {
+        scene,
+        camera,
+        film,
+        sampler,
+        integrator,
+    })
+}
+
+/// Materials and lights, as they are found.
+#[derive(Default)]
+struct Parts {
+    bsdfs: Vec<Box<dyn Bsdf>>,
+    /// Indices of materials by their objects, so that shapes share what they refer to; `None` is the
+    /// material of shapes that name none.
+    bsdf_of: HashMap<Option<usize>, usize>,
+    emitters: Vec<Box<dyn Emitter>>,
+}
+
+impl Parts {
+    /// The index of a material.
+    fn bsdf(&mut self, object: &Object<'_>) -> Result<usize, Issue> {
+        if let Some(&index) = self.bsdf_of.get(&object.index()) {
+            return Ok(index);
+        }
+        self.bsdfs.push(bsdf::build(object)?);
+        let index = self.bsdfs.len() - 1;
+        self.bsdf_of.insert(object.index(), index);
+        Ok(index)
+    }
+
+    fn emitter(&mut self, emitter: impl Emitter + 'static) -> usize {
+        self.emitters.push(Box::new(emitter));
+        self.emitters.len() - 1
+    }
+
+    /// All shapes in the order of the file. Meshes are read in parallel.
+    fn shapes(&mut self, shapes: &[Object<'_>], notes: &mut Notes) -> Vec<SceneObject> {
+        let built: Vec<Result<BuiltShape, Issue>> = shapes.par_iter().map(shape::build).collect();
+        let mut objects = Vec::with_capacity(built.len());
+        for (object, built) in shapes.iter().zip(built) {
+            match built.and_then(|built| self.scene_object(object, built, &mut notes.warnings)) {
+                Ok(scene_object) => objects.push(scene_object),
+                Err(issue) => notes.issues.push(issue),
+            }
+        }
+        objects
+    }
+
+    fn scene_object(
+        &mut self,
+        object: &Object<'_>,
+        built: BuiltShape,
+        warnings: &mut Vec<Issue>,
+    ) -> Result<SceneObject, Issue> {
+        warnings.extend(dropped_warning(object, built.dropped));
+        let emitter = match object.parts(Category::Emitter).next() {
+            None => None,
+            Some(light) => match emitter::build(&light)? {
+                Light::Area(radiance) => {
+                    let area = Area::new(built.shape.clone(), radiance).ok_or_else(|| {
+                        Issue::new(
+                            light.place(),
+                            "the shape of this emitter has no area that an f32 can hold",
+                        )
+                    })?;
+                    Some(self.emitter(area))
+                }
+                Light::Environment(_) | Light::Point(_) => {
+                    let name = light.plugin().name;
+                    let message =
+                        format!("emitter `{name}` cannot stand inside a shape (expected `area`)");
+                    return Err(Issue::new(light.place(), message));
+                }
+            },
+        };
+        let bsdf = self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?;
+        Ok(SceneObject {
+            name: object.id().to_owned(),
+            shape: built.shape,
+            bsdf,
+            emitter,
+        })
+    }
+
+    /// Lights that belong to no shape; returns the index of the environment.
+    fn lights(&mut self, lights: &[Object<'_>], notes: &mut Notes) -> Option<usize> {
+        let mut environment = None;
+        for light in lights {
+            match emitter::build(light) {
+                Err(issue) => notes.issues.push(issue),
+                Ok(Light::Point(point)) => {
+                    self.emitter(point);
+                }
+                Ok(Light::Environment(_)) if environment.is_some() => {
+                    let message = "there is more than one light from outside of the scene";
+                    notes.issues.push(Issue::new(light.place(), message));
+                }
+                Ok(Light::Environment(constant)) => environment = Some(self.emitter(constant)),
+                // With an id it is there to be referred to by shapes.
+                Ok(Light::Area(_)) if light.id().is_empty() => {
+                    let message = "emitter `area` belongs inside the shape that emits";
+                    notes.issues.push(Issue::new(light.place(), message));
+                }
+                Ok(Light::Area(_)) => {}
+            }
+        }
+        environment
+    }
+}
+
+fn dropped_warning(object: &Object<'_>, dropped: Dropped) -> Option<Issue> {
+    let Dropped {
+        not_finite,
+        degenerate,
+    } = dropped;
+    (not_finite + degenerate > 0).then(|| {
+        let triangles = |count: usize| if count == 1 { "triangle" } else { "triangles" };
+        let message = match (not_finite, degenerate) {
+            (n, 0) => format!(
+                "{n} {} with vertices that are not finite were left out",
+                triangles(n)
+            ),
+            (0, d) => format!("{d} {} without area were left out", triangles(d)),
+            (n, d) => format!(
+                "{d} {} without area and {n} with vertices that are not finite were left out",
+                triangles(d)
+            ),
+        };
+        Issue::new(object.place_of("filename"), message)
+    })
+}
+
+type View = (Perspective, FilmSettings, SamplerSettings);
+
+/// The first sensor with its film and sampler.
+fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View> {
+    let [sensor, others @ ..] = sensors else {
+        let help = "add <sensor type=\"perspective\"> with a `to_world` and a `fov`";
+        notes
+            .issues
+            .push(Issue::new(scene, "the scene has no sensor").with_help(help));
+        return None;
+    };
+    for other in others {
+        let message = "this sensor is not used: the first one of the scene is";
+        notes.warnings.push(Issue::new(other.place(), message));
+    }
+    build_view(sensor)
+        .map_err(|issue| notes.issues.push(issue))
+        .ok()
+}
+
+fn build_view(sensor: &Object<'_>) -> Result<View, Issue> {
+    let film = sensor.part_or(Category::Film, &film::HDRFILM);
+    let sampler = sensor.part_or(Category::Sampler, &sampler::INDEPENDENT);
+    match (
+        sensor.plugin().build,
+        film.plugin().build,
+        sampler.plugin().build,
+    ) {
+        (Build::Sensor(build_camera), Build::Film(build_film), Build::Sampler(build_sampler)) => {
+            let film_settings = build_film(&film)?;
+            Ok((
+                build_camera(sensor, &film_settings)?,
+                film_settings,
+                build_sampler(&sampler),
+            ))
+        }
+        _ => unreachable!("parts are of the categories asked for"),
+    }
+}
+
+/// The scene's integrator; `None` if it names none.
+fn integrator_settings(
+    integrators: &[Object<'_>],
+    notes: &mut Notes,
+) -> Option<IntegratorSettings> {
+    for other in integrators.iter().skip(1) {
+        notes.issues.push(Issue::new(
+            other.place(),
+            "there is more than one integrator",
+        ));
+    }
+    let built = integrator::build(integrators.first()?);
+    built.map_err(|issue| notes.issues.push(issue)).ok()
+}

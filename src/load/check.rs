@@ -1,0 +1,203 @@
+//! Objects against the table of plugins: what is unknown, missing, misplaced or out of range.
+
+use super::graph::{Graph, Node, Property};
+use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
+use super::problem::{Issue, did_you_mean, quoted};
+use super::values::Value;
+use super::{indices, metals};
+
+/// Reports everything in which the objects deviate from the table.
+pub(super) fn check(graph: &Graph, issues: &mut Vec<Issue>) {
+    for node in &graph.nodes {
+        match node.category {
+            None => check_scene(graph, node, issues),
+            Some(category) => match plugins::find(category, &node.plugin) {
+                Some(plugin) => check_object(graph, node, plugin, issues),
+                None => issues.push(unknown_plugin(node, category)),
+            },
+        }
+    }
+}
+
+fn unknown_plugin(node: &Node, category: Category) -> Issue {
+    let known = || {
+        plugins::supported()
+            .filter(|p| p.category() == category)
+            .map(|p| p.name)
+    };
+    let name = &node.plugin;
+    let message = format!(
+        "{} `{name}` is not supported{}",
+        category.tag(),
+        did_you_mean(name, known())
+    );
+    Issue::new(node.plugin_place, message).with_help(format!("use one of {}", quoted(known())))
+}
+
+fn check_scene(graph: &Graph, scene: &Node, issues: &mut Vec<Issue>) {
+    for property in &scene.properties {
+        let message = format!("`{}` is no property of a scene", property.name);
+        issues.push(Issue::new(property.name_place, message));
+    }
+    for child in &scene.children {
+        let node = &graph.nodes[child.node];
+        let Some(category @ (Category::Film | Category::Filter | Category::Sampler)) =
+            node.category
+        else {
+            continue;
+        };
+        // With an id it is there to be referred to.
+        if node.id.is_empty() {
+            let owner = if category == Category::Filter {
+                "film"
+            } else {
+                "sensor"
+            };
+            let message = format!("a {} belongs inside a {owner}", category.tag());
+            issues.push(Issue::new(child.place, message));
+        }
+    }
+}
+
+fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Issue>) {
+    let object = format!("{} `{}`", plugin.category().tag(), plugin.name);
+    for property in &node.properties {
+        match (plugin.property(&property.name), &property.value) {
+            (None, _) => issues.push(unknown_property(property, &object, plugin)),
+            (Some(info), Some(value)) => issues.extend(check_value(property, value, info)),
+            (Some(_), None) => {}
+        }
+    }
+    for info in plugin
+        .properties
+        .iter()
+        .filter(|p| p.default == Default::Required)
+    {
+        if !node.properties.iter().any(|p| p.name == info.name) {
+            let message = format!(
+                "{object} needs the property `{}` ({})",
+                info.name, info.help
+            );
+            issues.push(Issue::new(node.place, message));
+        }
+    }
+    check_parts(graph, node, plugin, &object, issues);
+}
+
+fn unknown_property(property: &Property, object: &str, plugin: &Plugin) -> Issue {
+    let names = || plugin.properties.iter().map(|p| p.name);
+    let expected = match plugin.properties {
+        [] => "expected none".to_owned(),
+        _ => format!("expected one of {}", quoted(names())),
+    };
+    let name = &property.name;
+    let hint = did_you_mean(name, names());
+    Issue::new(
+        property.name_place,
+        format!("{object}: unexpected property `{name}`{hint} ({expected})"),
+    )
+}
+
+fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues: &mut Vec<Issue>) {
+    let mut counts = [0; Category::ALL.len()];
+    for child in &node.children {
+        let category = graph.nodes[child.node].category;
+        let tag = category.map_or("scene", Category::tag);
+        let Some(part) = plugin.parts.iter().find(|p| Some(p.category) == category) else {
+            let tags = plugin.parts.iter().map(|p| p.category.tag());
+            let expected = if plugin.parts.is_empty() {
+                "no objects".into()
+            } else {
+                quoted(tags)
+            };
+            let message = format!("{object}: unexpected {tag} inside it (expected {expected})");
+            issues.push(Issue::new(child.place, message));
+            continue;
+        };
+        let count = &mut counts[part.category as usize];
+        *count += 1;
+        if *count == part.most + 1 {
+            let message = format!("{object} takes at most {} {tag}", part.most);
+            issues.push(Issue::new(child.place, message));
+        }
+    }
+    for part in plugin.parts {
+        if counts[part.category as usize] < part.least {
+            issues.push(Issue::new(
+                node.place,
+                format!("{object} needs a {} inside it", part.category.tag()),
+            ));
+        }
+    }
+}
+
+fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Option<Issue> {
+    let complain = |wrong: String| {
+        let message = format!("`{}` {wrong} (expected {})", property.name, info.kind);
+        Some(Issue::new(property.value_place, message))
+    };
+    let wrong_kind = || complain(format!("is {}", value.describe()));
+    match (info.kind, value) {
+        (Kind::Boolean, Value::Boolean(_))
+        | (Kind::Text | Kind::File, Value::Text(_))
+        | (Kind::Point, Value::Point(_))
+        | (Kind::Transform, Value::Transform(_)) => None,
+        (Kind::Integer(min, max), Value::Integer(v)) => {
+            if (min..=max).contains(v) {
+                None
+            } else {
+                complain(format!("is {v}"))
+            }
+        }
+        (Kind::RefractiveIndex, Value::Text(name)) => indices::find(name)
+            .is_none()
+            .then(|| unknown_name(property, "refractive index", name, &indices::names())),
+        (Kind::Metal, Value::Text(name)) => (!metals::is_known(name))
+            .then(|| unknown_name(property, "metal", name, &metals::names())),
+        (Kind::Choice(names), Value::Text(name)) => {
+            let known = names.iter().any(|n| n.eq_ignore_ascii_case(name));
+            if known {
+                None
+            } else {
+                complain(format!("is `{name}`"))
+            }
+        }
+        (Kind::Float(bounds), _) => match number(value) {
+            Some(v) if bounds.contain(v) => None,
+            Some(v) => complain(format!("is {v}")),
+            None => wrong_kind(),
+        },
+        (Kind::RefractiveIndex, _) => match number(value) {
+            Some(v) if plugins::Bounds::Positive.contain(v) => None,
+            Some(v) => complain(format!("is {v}")),
+            None => wrong_kind(),
+        },
+        (Kind::Rgb(bounds), _) => {
+            let channels = match (value, number(value)) {
+                (Value::Rgb(rgb), _) => rgb.to_array(),
+                (_, Some(v)) => [v; 3],
+                _ => return wrong_kind(),
+            };
+            let outside = channels.into_iter().find(|&v| !bounds.contain(v));
+            outside.and_then(|v| complain(format!("has a channel of {v}")))
+        }
+        _ => wrong_kind(),
+    }
+}
+
+fn unknown_name(property: &Property, what: &str, name: &str, known: &[&str]) -> Issue {
+    let hint = did_you_mean(name, known.iter().copied());
+    Issue::new(
+        property.value_place,
+        format!("there is no {what} for `{name}`{hint}"),
+    )
+    .with_help(format!("known are {}", quoted(known.iter().copied())))
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(v) => Some(*v),
+        Value::Integer(v) => Some(*v as f64),
+        _ => None,
+    }
+}

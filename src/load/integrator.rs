@@ -1,0 +1,369 @@
+//! Integrators of scene files.
+
+use super::plugins::{
+    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
+};
+use super::problem::{Issue, did_you_mean, quoted};
+use super::properties::Object;
+use crate::emitter::ChoicePolicy;
+use crate::scene::settings::{
+    AovKind, AovLayer, DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette,
+    RoulettePolicy, Strategy,
+};
+
+const MAX_DEPTH: i64 = i32::MAX as i64;
+
+const HIDE_EMITTERS: PropertyInfo = property(
+    "hide_emitters",
+    Kind::Boolean,
+    Default::Boolean(false),
+    "leave emitters out of the camera's view",
+);
+
+const STRATEGY: PropertyInfo = property(
+    "strategy",
+    Kind::Choice(&["mis_power", "mis_balance", "bsdf", "emitter"]),
+    Default::Text("mis_power"),
+    "how direct light is found: by shadow rays and directions, weighted, or by one of them",
+);
+
+const DIRECTIONS: PropertyInfo = property(
+    "directions",
+    Kind::Choice(&["bsdf", "cosine", "uniform"]),
+    Default::Text("bsdf"),
+    "how directions are chosen: by the material, cosine-weighted or uniform in the hemisphere",
+);
+
+const EMITTER_CHOICE: PropertyInfo = property(
+    "emitter_choice",
+    Kind::Choice(&["power", "uniform"]),
+    Default::Text("power"),
+    "which emitter a shadow ray goes to",
+);
+
+pub(super) static PATH: Plugin = Plugin {
+    name: "path",
+    help: "The path tracer; also the integrator of scenes that name none.",
+    properties: &[
+        property(
+            "max_depth",
+            Kind::Integer(-1, MAX_DEPTH),
+            Default::Integer(-1),
+            "longest path in edges: 1 shows emitters only, 2 adds direct light; -1: no limit",
+        ),
+        property(
+            "rr_depth",
+            Kind::Integer(1, MAX_DEPTH),
+            Default::Integer(5),
+            "paths with fewer edges are not ended by Russian roulette",
+        ),
+        HIDE_EMITTERS,
+        STRATEGY,
+        DIRECTIONS,
+        EMITTER_CHOICE,
+        property(
+            "rr_policy",
+            Kind::Choice(&["throughput", "fixed", "none"]),
+            Default::Text("throughput"),
+            "where the probability to go on comes from",
+        ),
+        property(
+            "rr_survival",
+            Kind::Float(Bounds::Probability),
+            Default::Absent("required by rr_policy `fixed`"),
+            "probability to go on of rr_policy `fixed`",
+        ),
+        property(
+            "rr_max_survival",
+            Kind::Float(Bounds::Probability),
+            Default::Float(0.99),
+            "largest probability to go on of rr_policy `throughput`",
+        ),
+    ],
+    parts: &[],
+    build: Build::Integrator(path),
+};
+
+pub(super) static DIRECT: Plugin = Plugin {
+    name: "direct",
+    help: "The path tracer with direct light only.",
+    properties: &[
+        property(
+            "shading_samples",
+            Kind::Integer(1, MAX_DEPTH),
+            Default::Integer(1),
+            "shadow rays and directions; 1, because `sample_count` does more for the same work",
+        ),
+        property(
+            "emitter_samples",
+            Kind::Integer(0, MAX_DEPTH),
+            Default::Integer(1),
+            "shadow rays; 0 or 1",
+        ),
+        property(
+            "bsdf_samples",
+            Kind::Integer(0, MAX_DEPTH),
+            Default::Integer(1),
+            "directions; 0 or 1",
+        ),
+        HIDE_EMITTERS,
+        STRATEGY,
+        DIRECTIONS,
+        EMITTER_CHOICE,
+    ],
+    parts: &[],
+    build: Build::Integrator(direct),
+};
+
+pub(super) static DIRECT_UNIFORM: Plugin = Plugin {
+    name: "direct_uniform",
+    help: "Direct light by one uniform direction of the hemisphere: the simplest tracer (not in Mitsuba).",
+    properties: &[HIDE_EMITTERS],
+    parts: &[],
+    build: Build::Integrator(|object| {
+        Ok(IntegratorSettings::DirectUniform {
+            hide_emitters: object.boolean("hide_emitters"),
+        })
+    }),
+};
+
+pub(super) static BRANCHING: Plugin = Plugin {
+    name: "branching",
+    help: "Many rays at each bounce, whose cost grows as branches^depth (not in Mitsuba).",
+    properties: &[
+        property(
+            "branches",
+            Kind::Integer(1, 65_536),
+            Default::Integer(4),
+            "rays at each bounce",
+        ),
+        property(
+            "max_depth",
+            Kind::Integer(0, 32),
+            Default::Integer(3),
+            "longest path in edges",
+        ),
+        DIRECTIONS,
+        HIDE_EMITTERS,
+    ],
+    parts: &[],
+    build: Build::Integrator(|object| {
+        Ok(IntegratorSettings::Branching {
+            branches: object.count("branches"),
+            max_depth: object.count("max_depth"),
+            directions: directions(object),
+            hide_emitters: object.boolean("hide_emitters"),
+        })
+    }),
+};
+
+pub(super) static AMBIENT_OCCLUSION: Plugin = Plugin {
+    name: "ao",
+    help: "Ambient occlusion: the fraction of the cosine-weighted hemisphere that is free.",
+    properties: &[property(
+        "ray_length",
+        Kind::Float(Bounds::Positive),
+        Default::Absent("infinity"),
+        "how far an occluder counts, in scene units",
+    )],
+    parts: &[],
+    build: Build::Integrator(|object| {
+        let ray_length = object
+            .number("ray_length")
+            .map_or(f32::INFINITY, |v| v as f32);
+        Ok(IntegratorSettings::AmbientOcclusion { ray_length })
+    }),
+};
+
+pub(super) static AOV: Plugin = Plugin {
+    name: "aov",
+    help: "Properties of the first surface, as layers beside the picture of the integrator inside it.",
+    properties: &[property(
+        "aovs",
+        Kind::Text,
+        Default::Required,
+        "name:kind, with commas between; kinds are depth, position, uv, geo_normal, sh_normal, albedo, \
+         shape_index and prim_index",
+    )],
+    parts: &[Part::optional(Category::Integrator)],
+    build: Build::Integrator(aov),
+};
+
+/// Kinds of layers by the names that Mitsuba gives them.
+const AOV_KINDS: [(&str, AovKind); 8] = [
+    ("depth", AovKind::Depth),
+    ("position", AovKind::Position),
+    ("uv", AovKind::Uv),
+    ("geo_normal", AovKind::GeometricNormal),
+    ("sh_normal", AovKind::ShadingNormal),
+    ("albedo", AovKind::Albedo),
+    ("shape_index", AovKind::ShapeIndex),
+    ("prim_index", AovKind::PrimitiveIndex),
+];
+
+/// The integrator that an object describes.
+///
+/// # Errors
+/// A combination that makes no sense.
+pub(super) fn build(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
+    match object.plugin().build {
+        Build::Integrator(build) => build(object),
+        _ => unreachable!("callers pass integrators"),
+    }
+}
+
+fn path(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
+    Ok(IntegratorSettings::Path(PathSettings {
+        // Only -1, which stands for no limit, is below 0.
+        max_depth: u32::try_from(object.integer("max_depth")).ok(),
+        roulette: roulette(object)?,
+        strategy: strategy(object),
+        directions: directions(object),
+        emitter_choice: emitter_choice(object),
+        hide_emitters: object.boolean("hide_emitters"),
+    }))
+}
+
+fn roulette(object: &Object<'_>) -> Result<Roulette, Issue> {
+    let policy = match object.choice("rr_policy") {
+        "fixed" => {
+            let p = object.number("rr_survival").ok_or_else(|| {
+                Issue::new(
+                    object.place_of("rr_policy"),
+                    "rr_policy `fixed` needs the property `rr_survival`",
+                )
+            })?;
+            RoulettePolicy::Fixed(p as f32)
+        }
+        "none" => RoulettePolicy::None,
+        _ => RoulettePolicy::Throughput,
+    };
+    if !matches!(policy, RoulettePolicy::Fixed(_)) {
+        object.refuse(&["rr_survival"], "unless `rr_policy` is `fixed`")?;
+    }
+    if policy != RoulettePolicy::Throughput {
+        object.refuse(&["rr_max_survival"], "unless `rr_policy` is `throughput`")?;
+    }
+    let max_survival = match policy {
+        // A fixed probability is what the file asks for, up to 1.
+        RoulettePolicy::Fixed(_) => 1.0,
+        _ => object.float("rr_max_survival") as f32,
+    };
+    Ok(Roulette {
+        policy,
+        min_depth: object.count("rr_depth"),
+        max_survival,
+    })
+}
+
+fn direct(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
+    let counts = ["emitter_samples", "bsdf_samples"];
+    if object.has("shading_samples") {
+        object.refuse(&counts, "beside `shading_samples`")?;
+    }
+    if object.has("strategy") {
+        object.refuse(&counts, "beside `strategy`")?;
+    }
+    for name in ["shading_samples", "emitter_samples", "bsdf_samples"] {
+        if object.integer(name) > 1 {
+            let message = format!("`{name}` is {} (expected at most 1)", object.integer(name));
+            let help = "raise the sampler's `sample_count` instead: more samples for the same work";
+            return Err(Issue::new(object.place_of(name), message).with_help(help));
+        }
+    }
+    let strategy = match counts.map(|name| object.integer(name)) {
+        [0, 0] => {
+            let message = "integrator `direct` needs `emitter_samples` or `bsdf_samples` to be 1";
+            return Err(Issue::new(object.place(), message));
+        }
+        [0, _] => Strategy::Bsdf,
+        [_, 0] => Strategy::Emitter,
+        _ => strategy(object),
+    };
+    Ok(IntegratorSettings::Path(PathSettings {
+        max_depth: Some(2),
+        strategy,
+        directions: directions(object),
+        emitter_choice: emitter_choice(object),
+        hide_emitters: object.boolean("hide_emitters"),
+        ..PathSettings::default()
+    }))
+}
+
+fn strategy(object: &Object<'_>) -> Strategy {
+    match object.choice("strategy") {
+        "mis_balance" => Strategy::Mis(MisHeuristic::Balance),
+        "bsdf" => Strategy::Bsdf,
+        "emitter" => Strategy::Emitter,
+        _ => Strategy::Mis(MisHeuristic::Power),
+    }
+}
+
+fn directions(object: &Object<'_>) -> DirectionSampling {
+    match object.choice("directions") {
+        "cosine" => DirectionSampling::CosineHemisphere,
+        "uniform" => DirectionSampling::UniformHemisphere,
+        _ => DirectionSampling::Bsdf,
+    }
+}
+
+fn emitter_choice(object: &Object<'_>) -> ChoicePolicy {
+    match object.choice("emitter_choice") {
+        "uniform" => ChoicePolicy::Uniform,
+        _ => ChoicePolicy::Power,
+    }
+}
+
+fn aov(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
+    let text = object.text("aovs").unwrap_or_default();
+    let mut layers: Vec<AovLayer> = Vec::new();
+    for item in text
+        .split(',')
+        .map(str::trim)
+        .filter(|item| !item.is_empty())
+    {
+        let layer =
+            aov_layer(item).map_err(|message| Issue::new(object.place_of("aovs"), message))?;
+        if layers.iter().any(|l| l.name == layer.name) {
+            let message = format!(
+                "there is more than one layer with the name `{}`",
+                layer.name
+            );
+            return Err(Issue::new(object.place_of("aovs"), message));
+        }
+        layers.push(layer);
+    }
+    if layers.is_empty() {
+        let message = "`aovs` names no layer (expected some, as in dd:depth, nn:sh_normal)";
+        return Err(Issue::new(object.place_of("aovs"), message));
+    }
+    let picture = object.parts(Category::Integrator).next();
+    if let Some(inner) = picture.filter(|p| std::ptr::eq(p.plugin(), &raw const AOV)) {
+        let message = "integrator `aov` inside integrator `aov`: put all layers into one of them";
+        return Err(Issue::new(inner.place(), message));
+    }
+    let picture = picture.map(|p| build(&p)).transpose()?.map(Box::new);
+    Ok(IntegratorSettings::Aov { layers, picture })
+}
+
+fn aov_layer(item: &str) -> Result<AovLayer, String> {
+    let (name, kind) = item.split_once(':').unwrap_or((item, ""));
+    let (name, kind) = (name.trim(), kind.trim());
+    if name.is_empty() || kind.is_empty() {
+        return Err(format!("`{item}` is not of the form name:kind"));
+    }
+    let names = AOV_KINDS.map(|(n, _)| n);
+    let found = AOV_KINDS.iter().find(|(n, _)| *n == kind);
+    found
+        .map(|&(_, kind)| AovLayer {
+            name: name.to_owned(),
+            kind,
+        })
+        .ok_or_else(|| {
+            let hint = did_you_mean(kind, names);
+            format!(
+                "there is no layer of the kind `{kind}`{hint} (expected one of {})",
+                quoted(names)
+            )
+        })
+}

@@ -1,0 +1,200 @@
+//! What is wrong with a scene file, and where.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::document::{Place, Sources};
+
+/// Why a scene cannot be loaded: everything that was found wrong, in the order of the files.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}", Listing(.problems, *.more))]
+pub struct LoadError {
+    problems: Vec<Problem>,
+    more: usize,
+}
+
+impl LoadError {
+    /// What is wrong; at least one entry, at most [`LoadError::MOST`].
+    #[must_use]
+    pub fn problems(&self) -> &[Problem] {
+        &self.problems
+    }
+
+    /// How many problems were found beyond those listed.
+    #[must_use]
+    pub fn more(&self) -> usize {
+        self.more
+    }
+
+    /// The most problems that are listed: nobody reads further.
+    pub const MOST: usize = 50;
+
+    pub(super) fn new(issues: &[Issue], sources: &Sources) -> Self {
+        let problems = issues
+            .iter()
+            .take(Self::MOST)
+            .map(|i| i.resolve(sources))
+            .collect();
+        Self {
+            problems,
+            more: issues.len().saturating_sub(Self::MOST),
+        }
+    }
+}
+
+/// One thing that is wrong, or (as a warning) that may not be as meant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The file.
+    pub path: PathBuf,
+    /// Where in the file; `None` if it concerns the file as a whole.
+    pub position: Option<Position>,
+    /// What is wrong: a fragment without a full stop.
+    pub message: String,
+    /// What would be right.
+    pub help: Option<String>,
+}
+
+/// Something that may not be as meant, but does not stop a render.
+pub type Warning = Problem;
+
+/// A stretch of a text file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Position {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// The text of the whole file.
+    pub source: Arc<str>,
+    /// The stretch in bytes; within `source`, at character boundaries.
+    pub span: Range<usize>,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(position) = &self.position {
+            write!(f, ":{}:{}", position.line, position.column)?;
+        }
+        write!(f, ": {}", self.message)
+    }
+}
+
+/// Problems below each other, each with its help.
+struct Listing<'a>(&'a [Problem], usize);
+
+impl fmt::Display for Listing<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.0.iter().enumerate() {
+            write!(f, "{}{problem}", if i > 0 { "\n" } else { "" })?;
+            if let Some(help) = &problem.help {
+                write!(f, "\n  help: {help}")?;
+            }
+        }
+        if self.1 > 0 {
+            write!(f, "\nand {} more problems", self.1)?;
+        }
+        Ok(())
+    }
+}
+
+/// A problem as the stages of the loader pass it on: the place is looked up only when it is shown.
+#[derive(Clone, Debug)]
+pub(super) struct Issue {
+    place: Place,
+    message: String,
+    help: Option<String>,
+}
+
+impl Issue {
+    pub(super) fn new(place: Place, message: impl Into<String>) -> Self {
+        Self {
+            place,
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    pub(super) fn with_help(self, help: impl Into<String>) -> Self {
+        Self {
+            help: Some(help.into()),
+            ..self
+        }
+    }
+
+    pub(super) fn resolve(&self, sources: &Sources) -> Problem {
+        let (path, position) = sources.locate(self.place);
+        Problem {
+            path,
+            position,
+            message: self.message.clone(),
+            help: self.help.clone(),
+        }
+    }
+}
+
+/// `` (did you mean `x`?) `` with the candidate closest to `word`, or nothing if none is close.
+pub(super) fn did_you_mean<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> String {
+    // A third of the letters may differ: more would be guessing.
+    let limit = (word.chars().count() / 3).max(1);
+    candidates
+        .into_iter()
+        .map(|c| (edit_distance(word, c), c))
+        .filter(|&(distance, _)| distance <= limit)
+        .min_by_key(|&(distance, _)| distance)
+        .map_or(String::new(), |(_, c)| format!(" (did you mean `{c}`?)"))
+}
+
+/// Levenshtein's distance in characters; words too long to be names count as far apart.
+fn edit_distance(a: &str, b: &str) -> usize {
+    const LONGEST_NAME: usize = 64;
+    if a.len() > LONGEST_NAME || b.len() > LONGEST_NAME {
+        return usize::MAX;
+    }
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// `` `a`, `b` ``.
+pub(super) fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.into_iter().map(|n| format!("`{n}`")).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_levenshteins() {
+        for (a, b, distance) in [
+            ("", "", 0),
+            ("kitten", "sitting", 3),
+            ("abc", "", 3),
+            ("reflectence", "reflectance", 1),
+        ] {
+            assert_eq!(edit_distance(a, b), distance, "{a} {b}");
+        }
+        assert_eq!(
+            did_you_mean("radios", ["center", "radius"]),
+            " (did you mean `radius`?)"
+        );
+        assert_eq!(did_you_mean("foo", ["center", "radius"]), "");
+    }
+}

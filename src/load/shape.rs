@@ -1,0 +1,302 @@
+//! Shapes of scene files.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3};
+
+use super::mesh::{LoadedMesh, MeshFileError, MeshOptions, load_obj, load_ply};
+use super::plugins::{
+    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
+};
+use super::problem::Issue;
+use super::properties::Object;
+use crate::math::Frame;
+use crate::ray::Ray;
+use crate::shape::mesh::Dropped;
+use crate::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
+
+/// A shape and the triangles that it lost.
+#[derive(Debug)]
+pub(super) struct BuiltShape {
+    pub(super) shape: Arc<dyn Shape>,
+    pub(super) dropped: Dropped,
+}
+
+const PARTS: &[Part] = &[
+    Part::optional(Category::Bsdf),
+    Part::optional(Category::Emitter),
+];
+
+const TO_WORLD: PropertyInfo = property(
+    "to_world",
+    Kind::Transform,
+    Default::Identity,
+    "maps the shape into the scene",
+);
+
+const FLIP_NORMALS: PropertyInfo = property(
+    "flip_normals",
+    Kind::Boolean,
+    Default::Boolean(false),
+    "turn the normals to the other side",
+);
+
+const FACE_NORMALS: PropertyInfo = property(
+    "face_normals",
+    Kind::Boolean,
+    Default::Boolean(false),
+    "shade with the normals of the faces, not of the vertices",
+);
+
+const MESH_FILE: &[PropertyInfo] = &[
+    property("filename", Kind::File, Default::Required, "the mesh"),
+    TO_WORLD,
+    FLIP_NORMALS,
+    FACE_NORMALS,
+    property(
+        "flip_tex_coords",
+        Kind::Boolean,
+        Default::Boolean(true),
+        "count v from the upper edge of a texture",
+    ),
+];
+
+pub(super) static OBJ: Plugin = Plugin {
+    name: "obj",
+    help: "A mesh in Wavefront's text format.",
+    properties: MESH_FILE,
+    parts: PARTS,
+    build: Build::Shape(|object| from_file(object, load_obj)),
+};
+
+pub(super) static PLY: Plugin = Plugin {
+    name: "ply",
+    help: "A mesh in Stanford's format, text or binary.",
+    properties: PLY_FILE,
+    parts: PARTS,
+    build: Build::Shape(|object| from_file(object, load_ply)),
+};
+
+/// As [`MESH_FILE`], but for the default of `flip_tex_coords`.
+const PLY_FILE: &[PropertyInfo] = &[
+    property(
+        "filename",
+        Kind::File,
+        Default::Required,
+        "the mesh; may be compressed (.gz)",
+    ),
+    TO_WORLD,
+    FLIP_NORMALS,
+    FACE_NORMALS,
+    property(
+        "flip_tex_coords",
+        Kind::Boolean,
+        Default::Boolean(false),
+        "count v from the upper edge of a texture",
+    ),
+];
+
+pub(super) static RECTANGLE: Plugin = Plugin {
+    name: "rectangle",
+    help: "The square from (-1, -1) to (1, 1) in the plane z = 0, facing +z.",
+    properties: &[TO_WORLD, FLIP_NORMALS],
+    parts: PARTS,
+    build: Build::Shape(|object| primitive(object, primitives::rectangle)),
+};
+
+pub(super) static CUBE: Plugin = Plugin {
+    name: "cube",
+    help: "The cube from (-1, -1, -1) to (1, 1, 1), facing outwards.",
+    properties: &[TO_WORLD, FLIP_NORMALS],
+    parts: PARTS,
+    build: Build::Shape(|object| primitive(object, primitives::cube)),
+};
+
+pub(super) static SPHERE: Plugin = Plugin {
+    name: "sphere",
+    help: "A sphere, facing outwards.",
+    properties: &[
+        property("center", Kind::Point, Default::Origin, "before `to_world`"),
+        property(
+            "radius",
+            Kind::Float(Bounds::Positive),
+            Default::Float(1.0),
+            "before `to_world`",
+        ),
+        property(
+            "to_world",
+            Kind::Transform,
+            Default::Identity,
+            "maps it into the scene; rotation, translation and a scale that is the same along all axes",
+        ),
+        FLIP_NORMALS,
+    ],
+    parts: PARTS,
+    build: Build::Shape(sphere),
+};
+
+pub(super) static DISK: Plugin = Plugin {
+    name: "disk",
+    help: "The disk of radius 1 in the plane z = 0, facing +z.",
+    properties: &[TO_WORLD, FLIP_NORMALS],
+    parts: PARTS,
+    build: Build::Shape(disk),
+};
+
+/// The shape that an object describes.
+///
+/// # Errors
+/// A mesh file that cannot be read, a map that does not suit the shape, nothing left to hit.
+pub(super) fn build(object: &Object<'_>) -> Result<BuiltShape, Issue> {
+    match object.plugin().build {
+        Build::Shape(build) => build(object),
+        _ => unreachable!("callers pass shapes"),
+    }
+}
+
+type Loader = fn(&std::path::Path, &MeshOptions) -> Result<LoadedMesh, MeshFileError>;
+
+fn from_file(object: &Object<'_>, load: Loader) -> Result<BuiltShape, Issue> {
+    let path = object.file("filename")?;
+    let options = MeshOptions {
+        to_world: object.transform("to_world"),
+        face_normals: object.boolean("face_normals"),
+        flip_normals: object.boolean("flip_normals"),
+        flip_tex_coords: object.boolean("flip_tex_coords"),
+    };
+    let loaded = load(&path, &options).map_err(|error| {
+        let issue = Issue::new(object.place_of("filename"), error.to_string());
+        match (error.source_line(), error.column()) {
+            (Some(line), Some(_)) => issue.with_help(format!("the line is `{line}`")),
+            _ => issue,
+        }
+    })?;
+    from_mesh(object, loaded.mesh, loaded.dropped)
+}
+
+fn primitive(
+    object: &Object<'_>,
+    make: fn(DAffine3, bool) -> (TriangleMesh, Dropped),
+) -> Result<BuiltShape, Issue> {
+    let (mesh, dropped) = make(object.transform("to_world"), object.boolean("flip_normals"));
+    from_mesh(object, mesh, dropped)
+}
+
+fn from_mesh(
+    object: &Object<'_>,
+    mesh: TriangleMesh,
+    dropped: Dropped,
+) -> Result<BuiltShape, Issue> {
+    if mesh.triangles().is_empty() {
+        let name = object.plugin().name;
+        let message = format!("shape `{name}` has no triangle with an area and finite vertices");
+        return Err(Issue::new(object.place(), message));
+    }
+    Ok(BuiltShape {
+        shape: Arc::new(mesh),
+        dropped,
+    })
+}
+
+fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
+    let to_world = object.transform("to_world");
+    let (scale, axes) = similarity(to_world.matrix3).ok_or_else(|| {
+        let message = "`to_world` of a sphere must scale all axes alike, and not to 0";
+        Issue::new(object.place_of("to_world"), message).with_help("an ellipsoid has to be a mesh")
+    })?;
+    let center = to_world.transform_point3(object.point("center")).as_vec3();
+    let radius = (object.float("radius") * scale.abs()) as f32;
+    if !(radius > 0.0 && radius.is_finite()) {
+        return Err(Issue::new(
+            object.place(),
+            format!("a sphere cannot have a radius of {radius}"),
+        ));
+    }
+    // A map that mirrors turns the normals, as in Mitsuba.
+    let inwards = (scale < 0.0) != object.boolean("flip_normals");
+    analytic(object, Sphere::new(center, radius, axes, inwards))
+}
+
+/// The factor `s` and the rotation `R` of a map `s R`; `None` if it is no such map. `s` is negative if the
+/// map mirrors.
+fn similarity(map: DMat3) -> Option<(f64, Frame)> {
+    /// Scene files print matrices with six digits or more, which errs by 5e-7 for each entry, and by three
+    /// times the double of that for an entry of MᵀM.
+    const TOLERANCE: f64 = 1e-5;
+    let largest = map
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0, |m: f64, v| m.max(v.abs()));
+    // Scaled first, so that no product leaves the range.
+    let unit = map * (1.0 / largest);
+    let scale = unit.determinant().cbrt();
+    let rotation = unit * (1.0 / scale);
+    let deviation = (rotation.transpose() * rotation - DMat3::IDENTITY).to_cols_array();
+    let similar = deviation.into_iter().all(|d| d.abs() <= TOLERANCE);
+    let axis = |v: glam::DVec3| v.normalize().as_vec3();
+    similar.then(|| {
+        let [s, t, n] = [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(axis);
+        (scale * largest, Frame { s, t, n })
+    })
+}
+
+fn disk(object: &Object<'_>) -> Result<BuiltShape, Issue> {
+    let disk = Disk::new(object.transform("to_world"), object.boolean("flip_normals"));
+    let disk = disk.ok_or_else(|| {
+        Issue::new(
+            object.place_of("to_world"),
+            "`to_world` of a disk must not flatten it: it is singular",
+        )
+    })?;
+    analytic(object, disk)
+}
+
+fn analytic<S: Shape + 'static>(object: &Object<'_>, shape: S) -> Result<BuiltShape, Issue> {
+    let bounds = Shape::bounds(&shape);
+    let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+    // NaN compares as false and is refused too.
+    if reach < Ray::LARGEST_COORDINATE {
+        return Ok(BuiltShape {
+            shape: Arc::new(shape),
+            dropped: Dropped::default(),
+        });
+    }
+    let message = format!(
+        "shape `{}` reaches farther than coordinates may",
+        object.plugin().name
+    );
+    Err(Issue::new(object.place(), message).with_help(format!(
+        "keep all coordinates below {:e}",
+        Ray::LARGEST_COORDINATE
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn similarities_are_told_from_other_maps() {
+        let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0);
+        for scale in [1.0, 1e-200, 1e200, -3.0] {
+            let (found, _) = similarity(turn * scale).expect("a rotation times a factor");
+            assert!((found / scale - 1.0).abs() < 1e-12, "{scale} {found}");
+        }
+        // Six digits of a rotation still are one; a difference of 1 in 1000 is none.
+        let rounded =
+            DMat3::from_cols_array(&turn.to_cols_array().map(|v| (v * 1e6).round() * 1e-6));
+        assert!(similarity(rounded).is_some());
+        let scaled = |x, y, z| turn * DMat3::from_diagonal(DVec3::new(x, y, z));
+        for map in [
+            scaled(1.0, 1.0, 1.001),
+            scaled(1.0, 0.0, 1.0),
+            scaled(0.0, 0.0, 0.0),
+        ] {
+            assert!(similarity(map).is_none(), "{map}");
+        }
+        let shear = DMat3::from_cols(DVec3::X, DVec3::new(1e-3, 1.0, 0.0), DVec3::Z);
+        assert!(similarity(shear).is_none());
+    }
+}

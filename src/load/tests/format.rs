@@ -1,0 +1,291 @@
+//! The format itself: references, parameters, several files, older versions.
+
+use std::fs;
+use std::path::Path;
+
+use super::super::{LoadOptions, load_scene, load_text};
+use super::{SENSOR, description, load};
+use crate::scene::settings::{Filter, IntegratorSettings};
+
+#[test]
+fn references_share_materials_and_may_point_forwards() {
+    let d = description(
+        "<shape type='sphere' id='ball'><ref id='red'/></shape>\
+         <shape type='cube'><ref id='other' name='bsdf'/></shape><shape type='disk'/><shape type='disk'/>\
+         <bsdf type='conductor' id='unused'/><bsdf type='diffuse' id='red'/><alias id='red' as='other'/>",
+    );
+    let objects = d.scene.objects();
+    assert_eq!(objects[0].bsdf, objects[1].bsdf);
+    assert_eq!(objects[2].bsdf, objects[3].bsdf);
+    assert_eq!(
+        (d.scene.bsdfs().len(), objects[0].name.as_str()),
+        (3, "ball")
+    );
+}
+
+#[test]
+fn lights_are_found_where_they_stand() {
+    let d = description(
+        "<emitter type='point'/><shape type='disk'><emitter type='area'/></shape>\
+         <emitter type='area' id='e'/><shape type='disk'><ref id='e'/></shape><emitter type='constant'/>",
+    );
+    assert_eq!(d.scene.emitters().len(), 4);
+    let emitters: Vec<_> = d.scene.objects().iter().map(|o| o.emitter).collect();
+    // Those of shapes come first, in the order of the shapes; then the others.
+    assert_eq!(emitters, [Some(0), Some(1)]);
+    assert_eq!(d.scene.environment().map(|(index, _)| index), Some(3));
+}
+
+#[test]
+fn shapes_keep_the_order_of_the_file() {
+    let shapes: String = (0..40)
+        .map(|i| {
+            let kind = ["sphere", "cube", "disk", "rectangle"][i % 4];
+            format!("<shape type='{kind}' id='{i}'/>")
+        })
+        .collect();
+    let names: Vec<String> = description(&shapes)
+        .scene
+        .objects()
+        .iter()
+        .map(|o| o.name.clone())
+        .collect();
+    assert_eq!(names, (0..40).map(|i| i.to_string()).collect::<Vec<_>>());
+}
+
+#[test]
+fn parameters_are_substituted() {
+    let text = format!(
+        "<scene version='3.0.0'><default name='spp' value='16'/><default name='kind' value='cube'/>\
+         <shape type='$kind'/><sensor type='perspective'><sampler type='independent'>\
+         <integer name='sample_count' value='$spp'/></sampler></sensor></scene>"
+    );
+    let spp = |defines: &[(&str, &str)]| {
+        let defines = defines
+            .iter()
+            .map(|(n, v)| ((*n).to_owned(), (*v).to_owned()))
+            .collect();
+        let loaded = load_text(&text, Path::new("a.xml"), &LoadOptions { defines }).expect("valid");
+        let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+        (loaded.description.sampler.samples_per_pixel, warnings)
+    };
+    assert_eq!(spp(&[]), (16, vec![]));
+    assert_eq!(spp(&[("spp", "64"), ("kind", "disk")]).0, 64);
+    let warning = "a.xml: nothing refers to the parameter `ssp` (given as 64)".to_owned();
+    assert_eq!(spp(&[("ssp", "64")]), (16, vec![warning]));
+}
+
+#[test]
+fn several_sensors_and_stray_text_are_warned_about() {
+    let text = format!("<scene version='3.0.0'>\n{SENSOR} oops\n{SENSOR}</scene>");
+    let warnings: Vec<_> = load(&text)
+        .expect("valid")
+        .warnings
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(
+        warnings,
+        [
+            "scene.xml:2:29: text inside <scene> means nothing",
+            "scene.xml:3:1: this sensor is not used: the first one of the scene is",
+        ]
+    );
+}
+
+/// A scene in the words of Mitsuba 0.6, with all kinds of renamed things.
+#[test]
+fn old_scenes_are_upgraded() {
+    let loaded = load(
+        "<scene version='0.6.0'><integrator type='path'><integer name='maxDepth' value='3'/>\
+         <integer name='rrDepth' value='7'/><boolean name='hideEmitters' value='true'/></integrator>\
+         <sensor type='perspective'><string name='fovAxis' value='smaller'/><float name='fov' value='40'/>\
+         <transform name='toWorld'><lookAt origin='0,0,5' target='0,0,0' up='0,1,0'/></transform>\
+         <sampler type='independent'><integer name='sampleCount' value='9'/></sampler>\
+         <film type='hdrfilm'><integer name='cropOffsetX' value='3'/><string name='pixelFormat' value='rgba'/>\
+         <rfilter type='box'/></film></sensor>\
+         <shape type='sphere'><transform name='toWorld'><scale value='3'/></transform>\
+         <boolean name='flipNormals' value='true'/>\
+         <bsdf type='dielectric'><float name='intIOR' value='1.5'/><float name='extIOR' value='1'/></bsdf></shape>\
+         <shape type='disk'><bsdf type='diffuse'><rgb name='diffuseReflectance' value='.25'/></bsdf></shape>\
+         </scene>",
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
+    let d = loaded.description;
+    let IntegratorSettings::Path(path) = d.integrator else {
+        panic!("{:?}", d.integrator)
+    };
+    assert_eq!(
+        (path.max_depth, path.roulette.min_depth, path.hide_emitters),
+        (Some(3), 7, true)
+    );
+    assert_eq!(
+        (d.sampler.samples_per_pixel, d.film.crop.x, d.film.alpha),
+        (9, 3, true)
+    );
+    assert_eq!(d.film.filter, Filter::Box);
+    let albedo = d.scene.bsdfs()[d.scene.objects()[1].bsdf].albedo(glam::Vec3::Z);
+    assert_eq!(albedo, glam::Vec3::splat(0.25));
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    let path = folder.join(name);
+    fs::create_dir_all(path.parent().expect("has a folder")).expect("can be made");
+    fs::write(path, text).expect("can be written");
+}
+
+#[test]
+fn files_are_joined() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let of = folder.path();
+    write(
+        of,
+        "main.xml",
+        &format!(
+            "<scene version='3.0.0'><default name='depth' value='4'/><path value='parts'/>\
+             <include filename='shapes.xml'/><include filename='parts/more/light.xml'/>\
+             <include filename='bsdf.xml' name='x'/><integrator type='path'>\
+             <integer name='max_depth' value='$depth'/><integer name='rr_depth' value='$later'/></integrator>\
+             {SENSOR}</scene>"
+        ),
+    );
+    // Found through <path>; sees the includer's parameters, defines more, and is of an older version.
+    write(
+        of,
+        "parts/shapes.xml",
+        "<scene version='2.1.0'><default name='depth' value='5'/><default name='later' value='6'/>\
+         <shape type='sphere'><transform name='toWorld'><translate x='$depth'/></transform>\
+         <ref id='grey'/></shape></scene>",
+    );
+    // Finds its own neighbour, although the main file's folder has none of that name.
+    write(
+        of,
+        "parts/more/light.xml",
+        "<scene version='3.0.0'><include filename='neighbour.xml'/></scene>",
+    );
+    write(
+        of,
+        "parts/more/neighbour.xml",
+        "<emitter type='constant' version='3.0.0'/>",
+    );
+    write(
+        of,
+        "bsdf.xml",
+        "<bsdf version='3.0.0' type='diffuse' id='grey'/>",
+    );
+    let loaded =
+        load_scene(&of.join("main.xml"), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let d = loaded.description;
+    let IntegratorSettings::Path(path) = d.integrator else {
+        panic!("{:?}", d.integrator)
+    };
+    assert_eq!((path.max_depth, path.roulette.min_depth), (Some(4), 6));
+    assert_eq!(d.scene.bounds().expect("a sphere").max.x.round(), 5.0);
+    assert_eq!(
+        (
+            d.scene.objects().len(),
+            d.scene.bsdfs().len(),
+            d.scene.emitters().len()
+        ),
+        (1, 1, 1)
+    );
+}
+
+/// The text of the error of loading `main.xml`, with the folder's name taken out.
+fn error_of(folder: &Path) -> String {
+    let error = load_scene(&folder.join("main.xml"), &LoadOptions::default()).expect_err("wrong");
+    error
+        .to_string()
+        .replace(&format!("{}/", folder.display()), "")
+        .replace(&folder.display().to_string(), "HERE")
+}
+
+#[test]
+fn includes_that_go_wrong_say_where() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let of = folder.path();
+    let scene = |content: &str| format!("<scene version='3.0.0'>\n  {content}\n{SENSOR}</scene>");
+    write(of, "a.xml", &scene("<include filename='main.xml'/>"));
+    write(of, "broken.xml", "<scene version='3.0.0'>\n<shape></scene>");
+    write(of, "latin.xml", "<scene/>");
+    fs::write(of.join("latin.xml"), b"<scene>\n\xe9</scene>").expect("can be written");
+    for i in 0..20 {
+        write(
+            of,
+            &format!("d{i}.xml"),
+            &scene(&format!("<include filename='d{}.xml'/>", i + 1)),
+        );
+    }
+    for (content, expected) in [
+        (
+            "<include filename='a.xml'/>",
+            "a.xml:2:22: a file includes itself: main.xml -> a.xml -> main.xml",
+        ),
+        (
+            "<include filename='none.xml'/>",
+            "main.xml:2:22: there is no file `none.xml`\n  help: looked in `HERE`",
+        ),
+        (
+            "<include filename='broken.xml'/>",
+            "broken.xml:2:8: this is not well-formed XML: expected 'shape' tag, not 'scene'",
+        ),
+        (
+            "<include filename='latin.xml'/>",
+            "main.xml:2:22: latin.xml: line 2 is not UTF-8 text",
+        ),
+        ("<include filename='.'/>", "main.xml:2:22: .: is not a file"),
+        (
+            "<include filename='d0.xml'/>",
+            "d14.xml:2:22: files include each other more than 15 deep",
+        ),
+        (
+            "<path value='nowhere'/>",
+            "main.xml:2:16: there is no folder `nowhere`",
+        ),
+    ] {
+        write(of, "main.xml", &scene(content));
+        assert_eq!(error_of(of), expected, "{content}");
+    }
+    fs::remove_file(of.join("main.xml")).expect("is there");
+    assert_eq!(
+        error_of(of),
+        "main.xml: cannot be read: No such file or directory (os error 2)"
+    );
+}
+
+/// Includes that multiply: 10 in each of 10 levels would be 10¹⁰ files.
+#[test]
+fn include_bombs_are_defused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for i in 0..10 {
+        let includes = format!("<include filename='{}.xml'/>", i + 1).repeat(10);
+        let name = if i == 0 {
+            "main.xml".to_owned()
+        } else {
+            format!("{i}.xml")
+        };
+        write(
+            folder.path(),
+            &name,
+            &format!("<scene version='3.0.0'>{includes}</scene>"),
+        );
+    }
+    write(folder.path(), "10.xml", "<scene version='3.0.0'/>");
+    let error = error_of(folder.path());
+    assert!(
+        error.contains("more than 1000 files are included"),
+        "{error}"
+    );
+}
+
+/// A comment right before a file name tells where to get the file.
+#[test]
+fn missing_meshes_are_explained_by_the_scene() {
+    let error = load(
+        "<scene version='3.0.0'><shape type='obj'>\n<!-- Get it from the exhibition. -->\n\
+         <string name='filename' value='bust.obj'/></shape><sensor type='perspective'/></scene>",
+    )
+    .expect_err("there is no such file");
+    let expected = "scene.xml:3:32: there is no file `bust.obj`\n  help: the scene says: Get it from the exhibition.";
+    assert_eq!(error.to_string(), expected);
+}

@@ -1,0 +1,186 @@
+//! Text to values: the elements that give an object's property.
+
+use glam::{DAffine3, DVec3};
+
+use super::document::{Element, Place};
+use super::problem::Issue;
+use super::transform;
+
+/// The value of a property.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    /// `<boolean>`
+    Boolean(bool),
+    /// `<integer>`
+    Integer(i64),
+    /// `<float>`
+    Float(f64),
+    /// `<string>`
+    Text(String),
+    /// `<point>` or `<vector>`
+    Point(DVec3),
+    /// `<rgb>`, or a `<spectrum>` of one number: linear sRGB.
+    Rgb(DVec3),
+    /// `<transform>`
+    Transform(DAffine3),
+}
+
+impl Value {
+    /// What it is called in messages.
+    pub(super) fn describe(&self) -> &'static str {
+        match self {
+            Self::Boolean(_) => "a boolean",
+            Self::Integer(_) => "an integer",
+            Self::Float(_) => "a float",
+            Self::Text(_) => "a string",
+            Self::Point(_) => "a point",
+            Self::Rgb(_) => "a colour",
+            Self::Transform(_) => "a transform",
+        }
+    }
+}
+
+/// Elements that give a property.
+pub(super) const TAGS: [&str; 9] = [
+    "boolean",
+    "integer",
+    "float",
+    "string",
+    "point",
+    "vector",
+    "rgb",
+    "spectrum",
+    "transform",
+];
+
+/// The value that an element of [`TAGS`] gives.
+///
+/// # Errors
+/// The first thing that is wrong with it.
+pub(super) fn read(element: &Element) -> Result<Value, Issue> {
+    let mut issues = Vec::new();
+    match element.tag.as_str() {
+        "transform" => {
+            element.check_attributes(&["name"], &[], &mut issues);
+        }
+        "point" | "vector" => {
+            let coordinates: &[&str] = if element.attribute("value").is_some() {
+                &["name", "value"]
+            } else {
+                &["name", "x", "y", "z"]
+            };
+            element.check_attributes(coordinates, &[], &mut issues);
+            element.check_childless(&mut issues);
+        }
+        "spectrum" if element.attribute("filename").is_some() => {
+            return Err(not_a_colour(
+                element.place_of("filename"),
+                "spectra from files",
+            ));
+        }
+        _ => {
+            element.check_attributes(&["name", "value"], &[], &mut issues);
+            element.check_childless(&mut issues);
+        }
+    }
+    if !issues.is_empty() {
+        return Err(issues.swap_remove(0));
+    }
+    let (text, place) = (element.value("value"), element.place_of("value"));
+    Ok(match element.tag.as_str() {
+        "boolean" => Value::Boolean(parse_boolean(text, place)?),
+        "integer" => Value::Integer(parse_integer(text, place)?),
+        "float" => Value::Float(parse_number(text, place)?),
+        "point" | "vector" => Value::Point(parse_point(element)?),
+        "rgb" => Value::Rgb(parse_rgb(text, place)?),
+        "spectrum" => Value::Rgb(parse_spectrum(text, place)?),
+        "transform" => Value::Transform(transform::read(element)?),
+        _ => Value::Text(text.to_owned()),
+    })
+}
+
+fn parse_boolean(text: &str, place: Place) -> Result<bool, Issue> {
+    if text.eq_ignore_ascii_case("true") {
+        Ok(true)
+    } else if text.eq_ignore_ascii_case("false") {
+        Ok(false)
+    } else {
+        Err(Issue::new(
+            place,
+            format!("`{text}` is neither true nor false"),
+        ))
+    }
+}
+
+fn parse_integer(text: &str, place: Place) -> Result<i64, Issue> {
+    text.trim()
+        .parse()
+        .map_err(|_| Issue::new(place, format!("`{text}` is not a whole number")))
+}
+
+/// A finite number.
+pub(super) fn parse_number(text: &str, place: Place) -> Result<f64, Issue> {
+    let number: f64 = text
+        .trim()
+        .parse()
+        .map_err(|_| Issue::new(place, format!("`{text}` is not a number")))?;
+    if number.is_finite() {
+        Ok(number)
+    } else {
+        Err(Issue::new(
+            place,
+            format!("`{text}` is not a finite number"),
+        ))
+    }
+}
+
+/// Numbers separated by spaces, commas or both.
+pub(super) fn numbers(text: &str, place: Place) -> Result<Vec<f64>, Issue> {
+    text.split(|c: char| c.is_whitespace() || c == ',')
+        .filter(|word| !word.is_empty())
+        .map(|word| parse_number(word, place))
+        .collect()
+}
+
+fn parse_point(element: &Element) -> Result<DVec3, Issue> {
+    if let Some(value) = element.attribute("value") {
+        return transform::triple(&value.value, value.value_place);
+    }
+    let coordinate = |name| parse_number(element.value(name), element.place_of(name));
+    Ok(DVec3::new(
+        coordinate("x")?,
+        coordinate("y")?,
+        coordinate("z")?,
+    ))
+}
+
+fn parse_rgb(text: &str, place: Place) -> Result<DVec3, Issue> {
+    if text.trim_start().starts_with('#') {
+        let message =
+            format!("`{text}` is no colour: hexadecimal ones do not say what they are linear in");
+        return Err(
+            Issue::new(place, message).with_help("write linear sRGB as in value=\"0.8, 0.2, 0.1\"")
+        );
+    }
+    transform::triple(text, place)
+}
+
+fn parse_spectrum(text: &str, place: Place) -> Result<DVec3, Issue> {
+    if text.contains(':') {
+        return Err(not_a_colour(place, "spectra by wavelength"));
+    }
+    match *numbers(text, place)?.as_slice() {
+        [v] => Ok(DVec3::splat(v)),
+        ref list => {
+            let message = format!("a <spectrum> has 1 number, found {}", list.len());
+            let help = "write a colour as <rgb name=\"…\" value=\"r, g, b\"/>";
+            Err(Issue::new(place, message).with_help(help))
+        }
+    }
+}
+
+fn not_a_colour(place: Place, what: &str) -> Issue {
+    Issue::new(place, format!("{what} are not supported")).with_help(
+        "use <rgb name=\"…\" value=\"r, g, b\"/> (linear sRGB) or a <spectrum> of one number",
+    )
+}
