@@ -215,6 +215,10 @@ impl Shape for TriangleMesh {
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.uvs.as_slice())
     }
+
+    fn has_vertex_normals(&self) -> bool {
+        !self.normals.is_empty()
+    }
 }
 
 /// Engines may report weights slightly outside the triangle; inside, interpolation cannot overshoot.
