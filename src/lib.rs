@@ -6,6 +6,7 @@ pub mod emitter;
 pub mod film;
 pub mod integrator;
 pub mod intersect;
+pub mod load;
 pub mod math;
 pub mod ray;
 pub mod render;
