@@ -100,7 +100,8 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadErro
         message,
         help: Some("read the manual".into()),
     };
-    let fail = |message, position| LoadError { problems: vec![problem(message, position)], more: 0 };
+    let fail =
+        |message, position| LoadError { problems: vec![problem(message, position)], more: 0 };
     let mut text = std::fs::read_to_string(path).map_err(|e| fail(e.to_string(), None))?;
     let mut warnings = Vec::new();
     for (name, value) in &options.defines {
@@ -111,7 +112,10 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadErro
     }
     let document = roxmltree::Document::parse(&text).map_err(|e| fail(e.to_string(), None))?;
     let find = |name: &str| {
-        document.descendants().find(|n| n.attribute("name") == Some(name)).and_then(|n| n.attribute("value"))
+        document
+            .descendants()
+            .find(|n| n.attribute("name") == Some(name))
+            .and_then(|n| n.attribute("value"))
     };
     if let Some(n) = document.descendants().find(|n| n.has_tag_name("nonsense")) {
         let span = n.range();
@@ -161,7 +165,12 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadErro
     let scene = Scene::new(
         vec![Object {
             name: "ball".into(),
-            shape: Arc::new(Sphere::new(Vec3::ZERO, 1.0, crate::math::Frame::from_normal(Vec3::Z), false)),
+            shape: Arc::new(Sphere::new(
+                Vec3::ZERO,
+                1.0,
+                crate::math::Frame::from_normal(Vec3::Z),
+                false,
+            )),
             bsdf: 0,
             emitter: None,
         }],

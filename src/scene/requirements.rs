@@ -86,6 +86,7 @@ impl Requirements {
         let Description { scene, film, integrator, .. } = description;
         let skipped = |reason: &str| Err(reason.to_owned());
         let next_event = next_event_estimation(integrator, scene);
+        let importance = importance(integrator, &next_event);
         let alpha = if film.alpha {
             Ok("the film has an alpha channel".to_owned())
         } else {
@@ -98,8 +99,8 @@ impl Requirements {
             (Feature::VertexNormals, vertex_normals(scene)),
             (Feature::TextureCoordinates, texture_coordinates(integrator)),
             (Feature::EnvironmentLight, environment_light(scene)),
-            (Feature::MultipleImportanceSampling, importance(integrator, &next_event)),
             (Feature::NextEventEstimation, next_event),
+            (Feature::MultipleImportanceSampling, importance),
             (Feature::RussianRoulette, roulette(integrator)),
             (Feature::HiddenEmitters, hidden_emitters(integrator)),
             (Feature::Alpha, alpha),
