@@ -16,7 +16,7 @@ impl Bar {
         }
         // Indicatif itself draws on standard error, a few times a second, and only on a terminal.
         let bar = ProgressBar::no_length();
-        let template = "{bar:32} {percent:>3} %  {eta} left  {msg}";
+        let template = "{wide_bar} {percent:>3} %  {eta} left  {msg}";
         bar.set_style(ProgressStyle::with_template(template).expect("a valid template"));
         Self(bar)
     }

@@ -185,7 +185,7 @@ impl Arguments {
         let interrupted = statistics.samples_per_pixel.0 < *asked;
         if interrupted {
             let samples = samples_per_pixel(statistics.samples_per_pixel);
-            warn(format!("interrupted: {names} has {samples} of {asked} samples per pixel"));
+            warn(format!("interrupted: {samples} of {asked} samples per pixel are in {names}"));
         }
         if !self.quiet {
             say(&finished.summary(&names));
@@ -251,14 +251,14 @@ fn samples_per_pixel((least, most): (u32, u32)) -> String {
 fn warn_of(statistics: &Statistics, seed: u64) {
     if let Some(first) = statistics.non_finite_examples.first() {
         warn(format!(
-            "{} samples were not finite and are left out; the first is sample {} of the pixel in \
-             column {} and row {}, with seed {seed}",
+            "samples that were not finite and are left out: {}; the first is sample {} of the pixel \
+             in column {} and row {}, with seed {seed}",
             statistics.non_finite, first.sample, first.x, first.y
         ));
     }
     if statistics.rays.untraceable > 0 {
         warn(format!(
-            "{} rays left the range of 32-bit floats and hit nothing",
+            "rays that left the range of 32-bit floats and so hit nothing: {}",
             statistics.rays.untraceable
         ));
     }

@@ -93,9 +93,10 @@ impl Report {
 
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let clamped = (self.clamped > 0)
-            .then(|| format!("{} values beyond ±65504 clamped to it", self.clamped));
-        let lost = (self.not_a_number > 0).then(|| format!("{} values are NaN", self.not_a_number));
+        let clamped =
+            (self.clamped > 0).then(|| format!("values clamped to ±65504: {}", self.clamped));
+        let lost =
+            (self.not_a_number > 0).then(|| format!("values that are NaN: {}", self.not_a_number));
         let parts: Vec<_> = clamped.into_iter().chain(lost).collect();
         f.write_str(&parts.join(", "))
     }
@@ -105,7 +106,7 @@ impl Display for Report {
 /// hour of rendering.
 ///
 /// # Errors
-/// What [`write_atomically`] would say.
+/// A missing folder, a folder in the file's place, what the operating system refuses.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     temporary_beside(path).map(drop)
 }
@@ -174,6 +175,11 @@ mod tests {
         entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect()
     }
 
+    fn put(writer: &mut BufWriter<&File>, bytes: &[u8]) -> Result<(), OutputError> {
+        writer.write_all(bytes).expect("there is room");
+        Ok(())
+    }
+
     #[test]
     fn extensions_name_the_format() {
         assert_eq!(FileFormat::of(Path::new("a/b.exr")).expect("known"), FileFormat::Exr);
@@ -191,15 +197,15 @@ mod tests {
     fn a_failed_write_leaves_what_was_there() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.png");
-        write_atomically(&path, |w| Ok(w.write_all(b"first").expect("room"))).expect("writable");
+        write_atomically(&path, |w| put(w, b"first")).expect("writable");
         let failed = write_atomically(&path, |w| {
-            w.write_all(b"second").expect("room");
+            put(w, b"second")?;
             Err(OutputError::NoColors(path.clone()))
         });
         assert!(matches!(failed, Err(OutputError::NoColors(_))));
         assert_eq!(fs::read(&path).expect("still there"), b"first");
         assert_eq!(names(folder.path()), ["a.png"]);
-        write_atomically(&path, |w| Ok(w.write_all(b"third").expect("room"))).expect("writable");
+        write_atomically(&path, |w| put(w, b"third")).expect("writable");
         assert_eq!(fs::read(&path).expect("replaced"), b"third");
         assert_eq!(names(folder.path()), ["a.png"]);
         // Readable by those who may read any new file.
@@ -235,6 +241,6 @@ mod tests {
     fn reports_name_what_was_changed() {
         assert!(Report::default().is_clean());
         let report = Report { clamped: 2, not_a_number: 1 };
-        assert_eq!(report.to_string(), "2 values beyond ±65504 clamped to it, 1 values are NaN");
+        assert_eq!(report.to_string(), "values clamped to ±65504: 2, values that are NaN: 1");
     }
 }
