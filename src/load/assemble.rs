@@ -29,16 +29,10 @@ pub(super) struct Notes {
 /// The description of a graph that passed the check; `None` if issues were noted.
 pub(super) fn assemble(graph: &Graph, sources: &Sources, notes: &mut Notes) -> Option<Description> {
     let root = graph.nodes.first()?;
-    let top: Vec<Object<'_>> = root
-        .children
-        .iter()
-        .filter_map(|c| Object::new(graph, sources, c.node))
-        .collect();
+    let top: Vec<Object<'_>> =
+        root.children.iter().filter_map(|c| Object::new(graph, sources, c.node)).collect();
     let of = |category| -> Vec<Object<'_>> {
-        top.iter()
-            .filter(|o| o.plugin().category() == category)
-            .copied()
-            .collect()
+        top.iter().filter(|o| o.plugin().category() == category).copied().collect()
     };
     let mut parts = Parts::default();
     // Materials that no shape uses are built too: what is wrong with them is worth knowing.
@@ -58,13 +52,7 @@ pub(super) fn assemble(graph: &Graph, sources: &Sources, notes: &mut Notes) -> O
     let integrator = settings.unwrap_or_else(|| IntegratorSettings::Path(Default::default()));
     let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
         .expect("indices were handed out with the parts");
-    Some(Description {
-        scene,
-        camera,
-        film,
-        sampler,
-        integrator,
-    })
+    Some(Description { scene, camera, film, sampler, integrator })
 }
 
 /// Materials and lights, as they are found.
@@ -135,12 +123,7 @@ impl Parts {
             },
         };
         let bsdf = self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?;
-        Ok(SceneObject {
-            name: object.id().to_owned(),
-            shape: built.shape,
-            bsdf,
-            emitter,
-        })
+        Ok(SceneObject { name: object.id().to_owned(), shape: built.shape, bsdf, emitter })
     }
 
     /// Lights that belong to no shape; returns the index of the environment.
@@ -170,17 +153,13 @@ impl Parts {
 }
 
 fn dropped_warning(object: &Object<'_>, dropped: Dropped) -> Option<Issue> {
-    let Dropped {
-        not_finite,
-        degenerate,
-    } = dropped;
+    let Dropped { not_finite, degenerate } = dropped;
     (not_finite + degenerate > 0).then(|| {
         let triangles = |count: usize| if count == 1 { "triangle" } else { "triangles" };
         let message = match (not_finite, degenerate) {
-            (n, 0) => format!(
-                "{n} {} with vertices that are not finite were left out",
-                triangles(n)
-            ),
+            (n, 0) => {
+                format!("{n} {} with vertices that are not finite were left out", triangles(n))
+            }
             (0, d) => format!("{d} {} without area were left out", triangles(d)),
             (n, d) => format!(
                 "{d} {} without area and {n} with vertices that are not finite were left out",
@@ -197,35 +176,23 @@ type View = (Perspective, FilmSettings, SamplerSettings);
 fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View> {
     let [sensor, others @ ..] = sensors else {
         let help = "add <sensor type=\"perspective\"> with a `to_world` and a `fov`";
-        notes
-            .issues
-            .push(Issue::new(scene, "the scene has no sensor").with_help(help));
+        notes.issues.push(Issue::new(scene, "the scene has no sensor").with_help(help));
         return None;
     };
     for other in others {
         let message = "this sensor is not used: the first one of the scene is";
         notes.warnings.push(Issue::new(other.place(), message));
     }
-    build_view(sensor)
-        .map_err(|issue| notes.issues.push(issue))
-        .ok()
+    build_view(sensor).map_err(|issue| notes.issues.push(issue)).ok()
 }
 
 fn build_view(sensor: &Object<'_>) -> Result<View, Issue> {
     let film = sensor.part_or(Category::Film, &film::HDRFILM);
     let sampler = sensor.part_or(Category::Sampler, &sampler::INDEPENDENT);
-    match (
-        sensor.plugin().build,
-        film.plugin().build,
-        sampler.plugin().build,
-    ) {
+    match (sensor.plugin().build, film.plugin().build, sampler.plugin().build) {
         (Build::Sensor(build_camera), Build::Film(build_film), Build::Sampler(build_sampler)) => {
             let film_settings = build_film(&film)?;
-            Ok((
-                build_camera(sensor, &film_settings)?,
-                film_settings,
-                build_sampler(&sampler),
-            ))
+            Ok((build_camera(sensor, &film_settings)?, film_settings, build_sampler(&sampler)))
         }
         _ => unreachable!("parts are of the categories asked for"),
     }
@@ -237,10 +204,7 @@ fn integrator_settings(
     notes: &mut Notes,
 ) -> Option<IntegratorSettings> {
     for other in integrators.iter().skip(1) {
-        notes.issues.push(Issue::new(
-            other.place(),
-            "there is more than one integrator",
-        ));
+        notes.issues.push(Issue::new(other.place(), "there is more than one integrator"));
     }
     let built = integrator::build(integrators.first()?);
     built.map_err(|issue| notes.issues.push(issue)).ok()

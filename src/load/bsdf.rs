@@ -67,12 +67,7 @@ pub(super) static DIELECTRIC: Plugin = Plugin {
             Default::Text("bk7"),
             "index behind the surface",
         ),
-        property(
-            "ext_ior",
-            Kind::RefractiveIndex,
-            Default::Text("air"),
-            "index in front of it",
-        ),
+        property("ext_ior", Kind::RefractiveIndex, Default::Text("air"), "index in front of it"),
         SPECULAR_REFLECTANCE,
         property(
             "specular_transmittance",
@@ -96,11 +91,7 @@ pub(super) static TWOSIDED: Plugin = Plugin {
     name: "twosided",
     help: "One material for both sides of a surface, or one for the front and one for the back.",
     properties: &[],
-    parts: &[Part {
-        category: Category::Bsdf,
-        least: 1,
-        most: 2,
-    }],
+    parts: &[Part { category: Category::Bsdf, least: 1, most: 2 }],
     build: Build::Bsdf(twosided),
 };
 
@@ -120,17 +111,11 @@ fn conductor(object: &Object<'_>) -> Result<Box<dyn Bsdf>, Issue> {
         object.refuse(&["eta", "k"], "beside `material`")?;
     }
     let index = if object.has("eta") || object.has("k") {
-        Some(ComplexIndex {
-            eta: object.rgb("eta"),
-            k: object.rgb("k"),
-        })
+        Some(ComplexIndex { eta: object.rgb("eta"), k: object.rgb("k") })
     } else {
         object.text("material").and_then(metals::find)
     };
-    Ok(Box::new(Conductor::new(
-        index,
-        object.rgb("specular_reflectance"),
-    )))
+    Ok(Box::new(Conductor::new(index, object.rgb("specular_reflectance"))))
 }
 
 fn twosided(object: &Object<'_>) -> Result<Box<dyn Bsdf>, Issue> {
@@ -140,10 +125,7 @@ fn twosided(object: &Object<'_>) -> Result<Box<dyn Bsdf>, Issue> {
             "bsdf `twosided` inside bsdf `twosided` changes nothing (expected one-sided materials)";
         return Err(Issue::new(object.place(), message));
     }
-    let mut materials = parts()
-        .map(|p| build(&p))
-        .collect::<Result<Vec<_>, _>>()?
-        .into_iter();
+    let mut materials = parts().map(|p| build(&p)).collect::<Result<Vec<_>, _>>()?.into_iter();
     let sides = (materials.next(), materials.next());
     let both = sides.0.and_then(|front| TwoSided::new(front, sides.1));
     let both = both.ok_or_else(|| {

@@ -20,17 +20,10 @@ pub(super) fn check(graph: &Graph, issues: &mut Vec<Issue>) {
 }
 
 fn unknown_plugin(node: &Node, category: Category) -> Issue {
-    let known = || {
-        plugins::supported()
-            .filter(|p| p.category() == category)
-            .map(|p| p.name)
-    };
+    let known = || plugins::supported().filter(|p| p.category() == category).map(|p| p.name);
     let name = &node.plugin;
-    let message = format!(
-        "{} `{name}` is not supported{}",
-        category.tag(),
-        did_you_mean(name, known())
-    );
+    let message =
+        format!("{} `{name}` is not supported{}", category.tag(), did_you_mean(name, known()));
     Issue::new(node.plugin_place, message).with_help(format!("use one of {}", quoted(known())))
 }
 
@@ -48,11 +41,7 @@ fn check_scene(graph: &Graph, scene: &Node, issues: &mut Vec<Issue>) {
         };
         // With an id it is there to be referred to.
         if node.id.is_empty() {
-            let owner = if category == Category::Filter {
-                "film"
-            } else {
-                "sensor"
-            };
+            let owner = if category == Category::Filter { "film" } else { "sensor" };
             let message = format!("a {} belongs inside a {owner}", category.tag());
             issues.push(Issue::new(child.place, message));
         }
@@ -68,16 +57,9 @@ fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Is
             (Some(_), None) => {}
         }
     }
-    for info in plugin
-        .properties
-        .iter()
-        .filter(|p| p.default == Default::Required)
-    {
+    for info in plugin.properties.iter().filter(|p| p.default == Default::Required) {
         if !node.properties.iter().any(|p| p.name == info.name) {
-            let message = format!(
-                "{object} needs the property `{}` ({})",
-                info.name, info.help
-            );
+            let message = format!("{object} needs the property `{}` ({})", info.name, info.help);
             issues.push(Issue::new(node.place, message));
         }
     }
@@ -105,11 +87,7 @@ fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues
         let tag = category.map_or("scene", Category::tag);
         let Some(part) = plugin.parts.iter().find(|p| Some(p.category) == category) else {
             let tags = plugin.parts.iter().map(|p| p.category.tag());
-            let expected = if plugin.parts.is_empty() {
-                "no objects".into()
-            } else {
-                quoted(tags)
-            };
+            let expected = if plugin.parts.is_empty() { "no objects".into() } else { quoted(tags) };
             let message = format!("{object}: unexpected {tag} inside it (expected {expected})");
             issues.push(Issue::new(child.place, message));
             continue;
@@ -156,11 +134,7 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
             .then(|| unknown_name(property, "metal", name, &metals::names())),
         (Kind::Choice(names), Value::Text(name)) => {
             let known = names.iter().any(|n| n.eq_ignore_ascii_case(name));
-            if known {
-                None
-            } else {
-                complain(format!("is `{name}`"))
-            }
+            if known { None } else { complain(format!("is `{name}`")) }
         }
         (Kind::Float(bounds), _) => match number(value) {
             Some(v) if bounds.contain(v) => None,
@@ -187,11 +161,8 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
 
 fn unknown_name(property: &Property, what: &str, name: &str, known: &[&str]) -> Issue {
     let hint = did_you_mean(name, known.iter().copied());
-    Issue::new(
-        property.value_place,
-        format!("there is no {what} for `{name}`{hint}"),
-    )
-    .with_help(format!("known are {}", quoted(known.iter().copied())))
+    Issue::new(property.value_place, format!("there is no {what} for `{name}`{hint}"))
+        .with_help(format!("known are {}", quoted(known.iter().copied())))
 }
 
 fn number(value: &Value) -> Option<f64> {

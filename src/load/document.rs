@@ -24,20 +24,12 @@ pub(super) struct Place {
 impl Place {
     fn new(file: u32, range: Range<usize>) -> Self {
         let clamp = |offset| u32::try_from(offset).unwrap_or(u32::MAX);
-        Self {
-            file,
-            start: clamp(range.start),
-            end: clamp(range.end),
-        }
+        Self { file, start: clamp(range.start), end: clamp(range.end) }
     }
 
     /// The file as a whole.
     pub(super) fn whole(file: u32) -> Self {
-        Self {
-            file,
-            start: u32::MAX,
-            end: u32::MAX,
-        }
+        Self { file, start: u32::MAX, end: u32::MAX }
     }
 }
 
@@ -64,12 +56,7 @@ impl Sources {
     /// Adds a file and returns its index.
     pub(super) fn add(&mut self, path: &Path, text: Arc<str>, search: Vec<PathBuf>) -> u32 {
         let index = u32::try_from(self.files.len()).expect("the number of includes is limited");
-        self.files.push(Source {
-            path: path.to_owned(),
-            text,
-            major_version: 3,
-            search,
-        });
+        self.files.push(Source { path: path.to_owned(), text, major_version: 3, search });
         index
     }
 
@@ -87,10 +74,7 @@ impl Sources {
     /// No such file.
     pub(super) fn find_file(&self, name: &str, place: Place) -> Result<PathBuf, Issue> {
         let search = &self.get(place.file).search;
-        let found = search
-            .iter()
-            .map(|folder| folder.join(name))
-            .find(|path| path.exists());
+        let found = search.iter().map(|folder| folder.join(name)).find(|path| path.exists());
         found.ok_or_else(|| {
             let issue = Issue::new(place, format!("there is no file `{name}`"));
             if Path::new(name).is_absolute() {
@@ -98,18 +82,9 @@ impl Sources {
             }
             let folders: Vec<_> = search
                 .iter()
-                .map(|p| {
-                    if p.as_os_str().is_empty() {
-                        ".".into()
-                    } else {
-                        p.to_string_lossy()
-                    }
-                })
+                .map(|p| if p.as_os_str().is_empty() { ".".into() } else { p.to_string_lossy() })
                 .collect();
-            issue.with_help(format!(
-                "looked in {}",
-                quoted(folders.iter().map(AsRef::as_ref))
-            ))
+            issue.with_help(format!("looked in {}", quoted(folders.iter().map(AsRef::as_ref))))
         })
     }
 
@@ -210,10 +185,7 @@ impl Element {
                 ));
             }
         }
-        for name in required
-            .iter()
-            .filter(|name| self.attribute(name).is_none())
-        {
+        for name in required.iter().filter(|name| self.attribute(name).is_none()) {
             issues.push(Issue::new(
                 self.place,
                 format!("<{}> lacks the attribute `{name}`", self.tag),
@@ -237,10 +209,7 @@ impl Element {
 /// # Errors
 /// Text that is not well-formed, elements nested too deeply, a document type declaration.
 pub(super) fn parse(text: &str, file: u32) -> Result<Element, Issue> {
-    let options = roxmltree::ParsingOptions {
-        nodes_limit: MAX_NODES,
-        ..Default::default()
-    };
+    let options = roxmltree::ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
         let start = offset_of(text, error.pos());
         let message = error.to_string();
@@ -257,18 +226,11 @@ pub(super) fn parse(text: &str, file: u32) -> Result<Element, Issue> {
 fn offset_of(text: &str, at: roxmltree::TextPos) -> usize {
     let line_start = match at.row {
         0 | 1 => 0,
-        row => text
-            .match_indices('\n')
-            .nth(row as usize - 2)
-            .map_or(text.len(), |(i, _)| i + 1),
+        row => text.match_indices('\n').nth(row as usize - 2).map_or(text.len(), |(i, _)| i + 1),
     };
     let line = &text[line_start..];
     let column = (at.col as usize).saturating_sub(1);
-    line_start
-        + line
-            .char_indices()
-            .nth(column)
-            .map_or(line.len(), |(i, _)| i)
+    line_start + line.char_indices().nth(column).map_or(line.len(), |(i, _)| i)
 }
 
 fn convert(node: roxmltree::Node<'_, '_>, file: u32, depth: usize) -> Result<Element, Issue> {
@@ -276,10 +238,7 @@ fn convert(node: roxmltree::Node<'_, '_>, file: u32, depth: usize) -> Result<Ele
     let start = node.range().start;
     let place = Place::new(file, start..start + 1 + tag.len());
     if depth >= MAX_DEPTH {
-        return Err(Issue::new(
-            place,
-            format!("elements are nested more than {MAX_DEPTH} deep"),
-        ));
+        return Err(Issue::new(place, format!("elements are nested more than {MAX_DEPTH} deep")));
     }
     let attributes = node
         .attributes()
@@ -290,22 +249,14 @@ fn convert(node: roxmltree::Node<'_, '_>, file: u32, depth: usize) -> Result<Ele
             value_place: Place::new(file, a.range_value()),
         })
         .collect();
-    let mut element = Element {
-        tag,
-        place,
-        attributes,
-        children: Vec::new(),
-        stray_text: None,
-        comment: None,
-    };
+    let mut element =
+        Element { tag, place, attributes, children: Vec::new(), stray_text: None, comment: None };
     let mut comment = None;
     for child in node.children() {
         match child.text() {
             Some(text) if child.is_comment() => comment = Some(text.trim().into()),
             Some(text) if child.is_text() && !text.trim().is_empty() => {
-                element
-                    .stray_text
-                    .get_or_insert(Place::new(file, child.range()));
+                element.stray_text.get_or_insert(Place::new(file, child.range()));
             }
             _ if child.is_element() => {
                 let mut inner = convert(child, file, depth + 1)?;

@@ -17,12 +17,8 @@ pub(super) enum Light {
     Point(Point),
 }
 
-const RADIANCE: PropertyInfo = property(
-    "radiance",
-    Kind::Rgb(Bounds::NotNegative),
-    Default::Grey(1.0),
-    "in W/(m² sr)",
-);
+const RADIANCE: PropertyInfo =
+    property("radiance", Kind::Rgb(Bounds::NotNegative), Default::Grey(1.0), "in W/(m² sr)");
 
 pub(super) static AREA: Plugin = Plugin {
     name: "area",
@@ -44,19 +40,9 @@ pub(super) static POINT: Plugin = Plugin {
     name: "point",
     help: "The same light in all directions from a point.",
     properties: &[
-        property(
-            "intensity",
-            Kind::Rgb(Bounds::NotNegative),
-            Default::Grey(1.0),
-            "in W/sr",
-        ),
+        property("intensity", Kind::Rgb(Bounds::NotNegative), Default::Grey(1.0), "in W/sr"),
         property("position", Kind::Point, Default::Origin, "where it is"),
-        property(
-            "to_world",
-            Kind::Transform,
-            Default::Identity,
-            "maps the origin to where it is",
-        ),
+        property("to_world", Kind::Transform, Default::Identity, "maps the origin to where it is"),
     ],
     parts: &[],
     build: Build::Emitter(point),
@@ -84,10 +70,7 @@ fn point(object: &Object<'_>) -> Result<Light, Issue> {
     };
     let position = position.as_vec3();
     if !position.is_finite() {
-        return Err(Issue::new(
-            object.place(),
-            "the light is farther away than an f32 can hold",
-        ));
+        return Err(Issue::new(object.place(), "the light is farther away than an f32 can hold"));
     }
     Ok(Light::Point(Point::new(position, object.rgb("intensity"))))
 }

@@ -53,9 +53,7 @@ impl Expander {
     pub(super) fn file(&mut self, path: &Path) -> Option<Element> {
         let text = read(path);
         let search = vec![folder_of(path)];
-        let file = self
-            .sources
-            .add(path, text.as_deref().unwrap_or_default().into(), search);
+        let file = self.sources.add(path, text.as_deref().unwrap_or_default().into(), search);
         match text {
             Ok(_) => self.root(path, file),
             Err(message) => {
@@ -85,8 +83,7 @@ impl Expander {
             self.issues.push(Issue::new(root.place, message));
             return None;
         }
-        self.open
-            .push(path.canonicalize().unwrap_or_else(|_| path.to_owned()));
+        self.open.push(path.canonicalize().unwrap_or_else(|_| path.to_owned()));
         self.read_version(&mut root, file);
         let mut expanded = Vec::with_capacity(1);
         self.element(root, true, &mut expanded);
@@ -98,8 +95,7 @@ impl Expander {
     fn read_version(&mut self, root: &mut Element, file: u32) {
         let Some(at) = root.attributes.iter().position(|a| a.name == "version") else {
             let message = format!("<{}> lacks the attribute `version`", root.tag);
-            self.issues
-                .push(Issue::new(root.place, message).with_help("add version=\"3.0.0\""));
+            self.issues.push(Issue::new(root.place, message).with_help("add version=\"3.0.0\""));
             return;
         };
         let version = root.attributes.remove(at);
@@ -112,15 +108,13 @@ impl Expander {
                         format!("version {} is newer than what is known here", version.value);
                     let help =
                         "scenes of Mitsuba 3 and, upgraded, of older versions are understood";
-                    self.issues
-                        .push(Issue::new(version.value_place, message).with_help(help));
+                    self.issues.push(Issue::new(version.value_place, message).with_help(help));
                 }
             }
             _ => {
                 let message = format!("`{}` is not a version", version.value);
                 let help = "write it like 3.0.0";
-                self.issues
-                    .push(Issue::new(version.value_place, message).with_help(help));
+                self.issues.push(Issue::new(version.value_place, message).with_help(help));
             }
         }
     }
@@ -159,11 +153,7 @@ impl Expander {
     }
 
     fn substitute(&mut self, element: &mut Element) {
-        for attribute in element
-            .attributes
-            .iter_mut()
-            .filter(|a| a.value.contains('$'))
-        {
+        for attribute in element.attributes.iter_mut().filter(|a| a.value.contains('$')) {
             let issue = match self.parameters.substitute(&attribute.value) {
                 Ok(value) => {
                     attribute.value = value;
@@ -192,14 +182,11 @@ impl Expander {
             return;
         }
         if element.value("name").is_empty() {
-            self.issues.push(Issue::new(
-                element.place,
-                "<default> needs a `name` that is not empty",
-            ));
+            self.issues
+                .push(Issue::new(element.place, "<default> needs a `name` that is not empty"));
             return;
         }
-        self.parameters
-            .set_default(element.value("name"), element.value("value"));
+        self.parameters.set_default(element.value("name"), element.value("value"));
     }
 
     fn path(&mut self, element: &Element) {
@@ -250,9 +237,8 @@ impl Expander {
         let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
         if let Some(first) = self.open.iter().position(|p| *p == canonical) {
             let names = self.open[first..].iter().chain([&canonical]);
-            let names: Vec<_> = names
-                .map(|p| p.file_name().unwrap_or_default().to_string_lossy())
-                .collect();
+            let names: Vec<_> =
+                names.map(|p| p.file_name().unwrap_or_default().to_string_lossy()).collect();
             let message = format!("a file includes itself: {}", names.join(" -> "));
             return Err(Issue::new(place, message));
         }
@@ -262,10 +248,7 @@ impl Expander {
         }
         self.includes += 1;
         if self.includes > MAX_INCLUDES {
-            return Err(Issue::new(
-                place,
-                format!("more than {MAX_INCLUDES} files are included"),
-            ));
+            return Err(Issue::new(place, format!("more than {MAX_INCLUDES} files are included")));
         }
         let text =
             read(&path).map_err(|m| Issue::new(place, format!("{}: {m}", path.display())))?;
@@ -287,17 +270,13 @@ fn read(path: &Path) -> Result<String, String> {
         return Err("is not a file".into());
     }
     if metadata.len() > MAX_FILE_BYTES {
-        return Err(format!(
-            "has more than {MAX_FILE_BYTES} bytes (is this a scene file?)"
-        ));
+        return Err(format!("has more than {MAX_FILE_BYTES} bytes (is this a scene file?)"));
     }
     let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
     String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count()
-            + 1;
+        let line =
+            e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count()
+                + 1;
         format!("line {line} is not UTF-8 text")
     })
 }

@@ -11,21 +11,11 @@ use crate::scene::settings::{ComponentFormat, Crop, FilmSettings, Filter};
 const MOST_PIXELS: i64 = 1 << 20;
 
 const fn offset(name: &'static str, help: &'static str) -> PropertyInfo {
-    property(
-        name,
-        Kind::Integer(0, MOST_PIXELS),
-        Default::Integer(0),
-        help,
-    )
+    property(name, Kind::Integer(0, MOST_PIXELS), Default::Integer(0), help)
 }
 
 const fn crop_size(name: &'static str, help: &'static str) -> PropertyInfo {
-    property(
-        name,
-        Kind::Integer(1, MOST_PIXELS),
-        Default::Absent("up to the film's edge"),
-        help,
-    )
+    property(name, Kind::Integer(1, MOST_PIXELS), Default::Absent("up to the film's edge"), help)
 }
 
 pub(super) static HDRFILM: Plugin = Plugin {
@@ -33,18 +23,8 @@ pub(super) static HDRFILM: Plugin = Plugin {
     help: "The picture's size and format. Its filter is drawn from, not splatted, so borders and sums need \
            no options of their own.",
     properties: &[
-        property(
-            "width",
-            Kind::Integer(1, MOST_PIXELS),
-            Default::Integer(768),
-            "in pixels",
-        ),
-        property(
-            "height",
-            Kind::Integer(1, MOST_PIXELS),
-            Default::Integer(576),
-            "in pixels",
-        ),
+        property("width", Kind::Integer(1, MOST_PIXELS), Default::Integer(768), "in pixels"),
+        property("height", Kind::Integer(1, MOST_PIXELS), Default::Integer(576), "in pixels"),
         offset("crop_offset_x", "first column that is rendered"),
         offset("crop_offset_y", "first row that is rendered, from the top"),
         crop_size("crop_width", "columns that are rendered"),
@@ -102,9 +82,7 @@ pub(super) static TENT: Plugin = Plugin {
         "where it reaches 0, in pixels",
     )],
     parts: &[],
-    build: Build::Filter(|object| Filter::Tent {
-        radius: object.float("radius") as f32,
-    }),
+    build: Build::Filter(|object| Filter::Tent { radius: object.float("radius") as f32 }),
 };
 
 pub(super) static GAUSSIAN: Plugin = Plugin {
@@ -117,9 +95,7 @@ pub(super) static GAUSSIAN: Plugin = Plugin {
         "standard deviation in pixels",
     )],
     parts: &[],
-    build: Build::Filter(|object| Filter::Gaussian {
-        stddev: object.float("stddev") as f32,
-    }),
+    build: Build::Filter(|object| Filter::Gaussian { stddev: object.float("stddev") as f32 }),
 };
 
 fn film(object: &Object<'_>) -> Result<FilmSettings, Issue> {
@@ -149,29 +125,16 @@ fn film(object: &Object<'_>) -> Result<FilmSettings, Issue> {
 fn crop(object: &Object<'_>, width: u32, height: u32) -> Result<Crop, Issue> {
     let (x, y) = (object.count("crop_offset_x"), object.count("crop_offset_y"));
     let size = |name, whole: u32, offset| {
-        if object.has(name) {
-            object.count(name)
-        } else {
-            whole.saturating_sub(offset)
-        }
+        if object.has(name) { object.count(name) } else { whole.saturating_sub(offset) }
     };
-    let crop = Crop {
-        x,
-        y,
-        width: size("crop_width", width, x),
-        height: size("crop_height", height, y),
-    };
+    let crop =
+        Crop { x, y, width: size("crop_width", width, x), height: size("crop_height", height, y) };
     // Each is at most 2^20, so the sums do not overflow.
     let inside = crop.x + crop.width <= width && crop.y + crop.height <= height;
     if inside && crop.width > 0 && crop.height > 0 {
         return Ok(crop);
     }
-    let Crop {
-        x,
-        y,
-        width: w,
-        height: h,
-    } = crop;
+    let Crop { x, y, width: w, height: h } = crop;
     let message = format!(
         "a crop of {w} x {h} pixels at ({x}, {y}) does not fit a film of {width} x {height}"
     );

@@ -179,21 +179,14 @@ impl Builder<'_> {
                 Role::Property => self.property(element, index),
                 Role::Object(category) => {
                     let node = self.object(element, category);
-                    self.graph.nodes[index].children.push(Child {
-                        node,
-                        place: element.place,
-                    });
+                    self.graph.nodes[index].children.push(Child { node, place: element.place });
                 }
                 Role::Reference => self.reference(element, index),
                 Role::Alias => self.alias(element),
                 Role::Unsupported(help) => self.issues.push(
                     Issue::new(
                         element.place_of("type"),
-                        format!(
-                            "<{}> `{}` is not supported",
-                            element.tag,
-                            element.value("type")
-                        ),
+                        format!("<{}> `{}` is not supported", element.tag, element.value("type")),
                     )
                     .with_help(help),
                 ),
@@ -211,27 +204,20 @@ impl Builder<'_> {
         } else {
             let categories = Category::ALL.map(Category::tag);
             let known = values::TAGS.into_iter().chain(categories).chain(OTHERS);
-            format!(
-                "unexpected <{tag}> inside <{}>{}",
-                object.tag,
-                did_you_mean(tag, known)
-            )
+            format!("unexpected <{tag}> inside <{}>{}", object.tag, did_you_mean(tag, known))
         };
         self.issues.push(Issue::new(element.place, message));
     }
 
     fn property(&mut self, element: &Element, index: usize) {
-        let value = values::read(element)
-            .map_err(|issue| self.issues.push(issue))
-            .ok();
+        let value = values::read(element).map_err(|issue| self.issues.push(issue)).ok();
         let name = element.value("name");
         if name.is_empty() {
             return;
         }
         if !self.property_names.insert((index, name.to_owned())) {
             let message = format!("`{name}` is given more than once");
-            self.issues
-                .push(Issue::new(element.place_of("name"), message));
+            self.issues.push(Issue::new(element.place_of("name"), message));
             return;
         }
         self.graph.nodes[index].properties.push(Property {
@@ -256,10 +242,7 @@ impl Builder<'_> {
             place: element.place_of("id"),
         });
         // The target may come later in the file; until then the object stands for it.
-        children.push(Child {
-            node: index,
-            place: element.place,
-        });
+        children.push(Child { node: index, place: element.place });
     }
 
     fn alias(&mut self, element: &Element) {
@@ -274,8 +257,7 @@ impl Builder<'_> {
                 let hint = self.closest_id(id);
                 let message =
                     format!("there is no object with the id `{id}` before this alias{hint}");
-                self.issues
-                    .push(Issue::new(element.place_of("id"), message));
+                self.issues.push(Issue::new(element.place_of("id"), message));
             }
         }
     }
@@ -283,11 +265,7 @@ impl Builder<'_> {
     fn closest_id(&self, id: &str) -> String {
         // Comparing all with all would take minutes for a large file full of wrong references.
         let ids = self.ids.keys().map(String::as_str);
-        if self.issues.len() < LoadError::MOST {
-            did_you_mean(id, ids)
-        } else {
-            String::new()
-        }
+        if self.issues.len() < LoadError::MOST { did_you_mean(id, ids) } else { String::new() }
     }
 
     fn resolve(&mut self) {
@@ -320,17 +298,10 @@ fn find_cycle(graph: &Graph) -> Option<Issue> {
         while let Some((node, next)) = path.last_mut() {
             let node = *node;
             open[node] = true;
-            if let Some(child) = graph.nodes[node]
-                .children
-                .get(*next)
-                .filter(|_| !done[node])
-            {
+            if let Some(child) = graph.nodes[node].children.get(*next).filter(|_| !done[node]) {
                 *next += 1;
                 if open[child.node] {
-                    let members = path
-                        .iter()
-                        .map(|&(n, _)| n)
-                        .skip_while(|&n| n != child.node);
+                    let members = path.iter().map(|&(n, _)| n).skip_while(|&n| n != child.node);
                     let names: Vec<_> = members
                         .chain([child.node])
                         .map(|n| format!("`{}`", graph.nodes[n].id))

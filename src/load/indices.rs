@@ -2,10 +2,7 @@
 
 /// The index of the substance of that name.
 pub(super) fn find(name: &str) -> Option<f64> {
-    INDICES
-        .iter()
-        .find(|(n, _)| n.eq_ignore_ascii_case(name))
-        .map(|&(_, index)| index)
+    INDICES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|&(_, index)| index)
 }
 
 /// All names.

@@ -121,9 +121,7 @@ pub(super) static DIRECT_UNIFORM: Plugin = Plugin {
     properties: &[HIDE_EMITTERS],
     parts: &[],
     build: Build::Integrator(|object| {
-        Ok(IntegratorSettings::DirectUniform {
-            hide_emitters: object.boolean("hide_emitters"),
-        })
+        Ok(IntegratorSettings::DirectUniform { hide_emitters: object.boolean("hide_emitters") })
     }),
 };
 
@@ -131,18 +129,8 @@ pub(super) static BRANCHING: Plugin = Plugin {
     name: "branching",
     help: "Many rays at each bounce, whose cost grows as branches^depth (not in Mitsuba).",
     properties: &[
-        property(
-            "branches",
-            Kind::Integer(1, 65_536),
-            Default::Integer(4),
-            "rays at each bounce",
-        ),
-        property(
-            "max_depth",
-            Kind::Integer(0, 32),
-            Default::Integer(3),
-            "longest path in edges",
-        ),
+        property("branches", Kind::Integer(1, 65_536), Default::Integer(4), "rays at each bounce"),
+        property("max_depth", Kind::Integer(0, 32), Default::Integer(3), "longest path in edges"),
         DIRECTIONS,
         HIDE_EMITTERS,
     ],
@@ -168,9 +156,7 @@ pub(super) static AMBIENT_OCCLUSION: Plugin = Plugin {
     )],
     parts: &[],
     build: Build::Integrator(|object| {
-        let ray_length = object
-            .number("ray_length")
-            .map_or(f32::INFINITY, |v| v as f32);
+        let ray_length = object.number("ray_length").map_or(f32::INFINITY, |v| v as f32);
         Ok(IntegratorSettings::AmbientOcclusion { ray_length })
     }),
 };
@@ -249,11 +235,7 @@ fn roulette(object: &Object<'_>) -> Result<Roulette, Issue> {
         RoulettePolicy::Fixed(_) => 1.0,
         _ => object.float("rr_max_survival") as f32,
     };
-    Ok(Roulette {
-        policy,
-        min_depth: object.count("rr_depth"),
-        max_survival,
-    })
+    Ok(Roulette { policy, min_depth: object.count("rr_depth"), max_survival })
 }
 
 fn direct(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
@@ -317,18 +299,11 @@ fn emitter_choice(object: &Object<'_>) -> ChoicePolicy {
 fn aov(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
     let text = object.text("aovs").unwrap_or_default();
     let mut layers: Vec<AovLayer> = Vec::new();
-    for item in text
-        .split(',')
-        .map(str::trim)
-        .filter(|item| !item.is_empty())
-    {
+    for item in text.split(',').map(str::trim).filter(|item| !item.is_empty()) {
         let layer =
             aov_layer(item).map_err(|message| Issue::new(object.place_of("aovs"), message))?;
         if layers.iter().any(|l| l.name == layer.name) {
-            let message = format!(
-                "there is more than one layer with the name `{}`",
-                layer.name
-            );
+            let message = format!("there is more than one layer with the name `{}`", layer.name);
             return Err(Issue::new(object.place_of("aovs"), message));
         }
         layers.push(layer);
@@ -354,16 +329,8 @@ fn aov_layer(item: &str) -> Result<AovLayer, String> {
     }
     let names = AOV_KINDS.map(|(n, _)| n);
     let found = AOV_KINDS.iter().find(|(n, _)| *n == kind);
-    found
-        .map(|&(_, kind)| AovLayer {
-            name: name.to_owned(),
-            kind,
-        })
-        .ok_or_else(|| {
-            let hint = did_you_mean(kind, names);
-            format!(
-                "there is no layer of the kind `{kind}`{hint} (expected one of {})",
-                quoted(names)
-            )
-        })
+    found.map(|&(_, kind)| AovLayer { name: name.to_owned(), kind }).ok_or_else(|| {
+        let hint = did_you_mean(kind, names);
+        format!("there is no layer of the kind `{kind}`{hint} (expected one of {})", quoted(names))
+    })
 }

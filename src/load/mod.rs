@@ -82,13 +82,7 @@ fn load(
 ) -> Result<Loaded, LoadError> {
     let mut expander = Expander::new(Parameters::new(&options.defines));
     let root = open(&mut expander);
-    let Expander {
-        sources,
-        parameters,
-        issues,
-        mut warnings,
-        ..
-    } = expander;
+    let Expander { sources, parameters, issues, mut warnings, .. } = expander;
     warnings.extend(parameters.unused().map(|(name, value)| {
         Issue::new(
             Place::whole(0),

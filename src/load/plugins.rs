@@ -100,11 +100,7 @@ pub struct Part {
 impl Part {
     /// At most one.
     pub(super) const fn optional(category: Category) -> Self {
-        Self {
-            category,
-            least: 0,
-            most: 1,
-        }
+        Self { category, least: 0, most: 1 }
     }
 }
 
@@ -128,12 +124,7 @@ pub(super) const fn property(
     default: Default,
     help: &'static str,
 ) -> PropertyInfo {
-    PropertyInfo {
-        name,
-        kind,
-        default,
-        help,
-    }
+    PropertyInfo { name, kind, default, help }
 }
 
 /// The values that a property takes.
@@ -360,11 +351,7 @@ mod tests {
                     (Kind::Choice(names), Default::Text(name)) => names.contains(&name),
                     _ => false,
                 };
-                assert!(
-                    fits,
-                    "{} {}: {:?} as {:?}",
-                    plugin.name, p.name, p.default, p.kind
-                );
+                assert!(fits, "{} {}: {:?} as {:?}", plugin.name, p.name, p.default, p.kind);
                 assert!(!p.help.is_empty() && !p.kind.to_string().is_empty());
             }
         }

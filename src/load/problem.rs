@@ -32,15 +32,8 @@ impl LoadError {
     pub const MOST: usize = 50;
 
     pub(super) fn new(issues: &[Issue], sources: &Sources) -> Self {
-        let problems = issues
-            .iter()
-            .take(Self::MOST)
-            .map(|i| i.resolve(sources))
-            .collect();
-        Self {
-            problems,
-            more: issues.len().saturating_sub(Self::MOST),
-        }
+        let problems = issues.iter().take(Self::MOST).map(|i| i.resolve(sources)).collect();
+        Self { problems, more: issues.len().saturating_sub(Self::MOST) }
     }
 }
 
@@ -111,28 +104,16 @@ pub(super) struct Issue {
 
 impl Issue {
     pub(super) fn new(place: Place, message: impl Into<String>) -> Self {
-        Self {
-            place,
-            message: message.into(),
-            help: None,
-        }
+        Self { place, message: message.into(), help: None }
     }
 
     pub(super) fn with_help(self, help: impl Into<String>) -> Self {
-        Self {
-            help: Some(help.into()),
-            ..self
-        }
+        Self { help: Some(help.into()), ..self }
     }
 
     pub(super) fn resolve(&self, sources: &Sources) -> Problem {
         let (path, position) = sources.locate(self.place);
-        Problem {
-            path,
-            position,
-            message: self.message.clone(),
-            help: self.help.clone(),
-        }
+        Problem { path, position, message: self.message.clone(), help: self.help.clone() }
     }
 }
 
@@ -191,10 +172,7 @@ mod tests {
         ] {
             assert_eq!(edit_distance(a, b), distance, "{a} {b}");
         }
-        assert_eq!(
-            did_you_mean("radios", ["center", "radius"]),
-            " (did you mean `radius`?)"
-        );
+        assert_eq!(did_you_mean("radios", ["center", "radius"]), " (did you mean `radius`?)");
         assert_eq!(did_you_mean("foo", ["center", "radius"]), "");
     }
 }

@@ -31,23 +31,12 @@ impl<'a> Object<'a> {
     pub(super) fn new(graph: &'a Graph, sources: &'a Sources, index: usize) -> Option<Self> {
         let node = &graph.nodes[index];
         let plugin = plugins::find(node.category?, &node.plugin)?;
-        Some(Self {
-            graph,
-            sources,
-            index: Some(index),
-            node: Some(node),
-            plugin,
-        })
+        Some(Self { graph, sources, index: Some(index), node: Some(node), plugin })
     }
 
     /// An object that the file leaves out.
     pub(super) fn left_out(self, plugin: &'static Plugin) -> Self {
-        Self {
-            index: None,
-            node: None,
-            plugin,
-            ..self
-        }
+        Self { index: None, node: None, plugin, ..self }
     }
 
     /// What tells it from all other objects; `None` if the file leaves it out.
@@ -98,10 +87,7 @@ impl<'a> Object<'a> {
     /// An error if the file gives a value that `why` would have no effect.
     pub(super) fn refuse(&self, names: &[&str], why: &str) -> Result<(), Issue> {
         match names.iter().find_map(|name| self.given(name)) {
-            Some(p) => Err(Issue::new(
-                p.name_place,
-                format!("`{}` has no effect {why}", p.name),
-            )),
+            Some(p) => Err(Issue::new(p.name_place, format!("`{}` has no effect {why}", p.name))),
             None => Ok(()),
         }
     }
@@ -158,10 +144,7 @@ impl<'a> Object<'a> {
             unreachable!("{IN_TABLE}")
         };
         let text = self.text(name).expect(IN_TABLE);
-        names
-            .iter()
-            .find(|n| n.eq_ignore_ascii_case(text))
-            .expect(IN_TABLE)
+        names.iter().find(|n| n.eq_ignore_ascii_case(text)).expect(IN_TABLE)
     }
 
     pub(super) fn point(&self, name: &str) -> DVec3 {
@@ -199,14 +182,12 @@ impl<'a> Object<'a> {
     /// No such file. A comment right before the property is shown: it may say where to get the file.
     pub(super) fn file(&self, name: &str) -> Result<PathBuf, Issue> {
         let text = self.text(name).expect(IN_TABLE);
-        self.sources
-            .find_file(text, self.place_of(name))
-            .map_err(
-                |issue| match self.given(name).and_then(|p| p.comment.as_deref()) {
-                    Some(comment) => issue.with_help(format!("the scene says: {comment}")),
-                    None => issue,
-                },
-            )
+        self.sources.find_file(text, self.place_of(name)).map_err(|issue| {
+            match self.given(name).and_then(|p| p.comment.as_deref()) {
+                Some(comment) => issue.with_help(format!("the scene says: {comment}")),
+                None => issue,
+            }
+        })
     }
 
     fn given(&self, name: &str) -> Option<&'a Property> {

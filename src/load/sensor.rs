@@ -67,10 +67,7 @@ pub(super) static PERSPECTIVE: Plugin = Plugin {
             "what is farther along the axis is not seen (Mitsuba: 10000)",
         ),
     ],
-    parts: &[
-        Part::optional(Category::Film),
-        Part::optional(Category::Sampler),
-    ],
+    parts: &[Part::optional(Category::Film), Part::optional(Category::Sampler)],
     build: Build::Sensor(perspective),
 };
 
@@ -85,9 +82,7 @@ fn perspective(object: &Object<'_>, film: &FilmSettings) -> Result<Perspective, 
             object.float("principal_point_offset_y") as f32,
         ),
         near_clip: object.float("near_clip") as f32,
-        far_clip: object
-            .number("far_clip")
-            .map_or(f32::INFINITY, |v| v as f32),
+        far_clip: object.number("far_clip").map_or(f32::INFINITY, |v| v as f32),
     };
     Perspective::new(&settings).map_err(|error| {
         let place = match error {
@@ -109,9 +104,7 @@ fn fov_x_deg(object: &Object<'_>, aspect: f64) -> Result<f64, Issue> {
         None => {
             object.refuse(&["fov_axis"], "without `fov`")?;
             (
-                2.0 * (0.5 * FILM_DIAGONAL_MM / focal_length_mm(object)?)
-                    .atan()
-                    .to_degrees(),
+                2.0 * (0.5 * FILM_DIAGONAL_MM / focal_length_mm(object)?).atan().to_degrees(),
                 "diagonal",
             )
         }
@@ -129,25 +122,14 @@ fn fov_x_deg(object: &Object<'_>, aspect: f64) -> Result<f64, Issue> {
     if ratio == 1.0 || fov_deg >= 180.0 {
         return Ok(fov_deg);
     }
-    Ok(2.0
-        * (ratio * (0.5 * fov_deg).to_radians().tan())
-            .atan()
-            .to_degrees())
+    Ok(2.0 * (ratio * (0.5 * fov_deg).to_radians().tan()).atan().to_degrees())
 }
 
 fn focal_length_mm(object: &Object<'_>) -> Result<f64, Issue> {
     let text = object.text("focal_length").unwrap_or(FOCAL_LENGTH);
-    let number = text
-        .trim()
-        .trim_end_matches("mm")
-        .trim_end()
-        .parse::<f64>()
-        .ok();
-    number
-        .filter(|&mm| Bounds::Positive.contain(mm))
-        .ok_or_else(|| {
-            let message =
-                format!("`{text}` is not a focal length (expected one like {FOCAL_LENGTH})");
-            Issue::new(object.place_of("focal_length"), message)
-        })
+    let number = text.trim().trim_end_matches("mm").trim_end().parse::<f64>().ok();
+    number.filter(|&mm| Bounds::Positive.contain(mm)).ok_or_else(|| {
+        let message = format!("`{text}` is not a focal length (expected one like {FOCAL_LENGTH})");
+        Issue::new(object.place_of("focal_length"), message)
+    })
 }

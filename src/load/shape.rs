@@ -22,17 +22,10 @@ pub(super) struct BuiltShape {
     pub(super) dropped: Dropped,
 }
 
-const PARTS: &[Part] = &[
-    Part::optional(Category::Bsdf),
-    Part::optional(Category::Emitter),
-];
+const PARTS: &[Part] = &[Part::optional(Category::Bsdf), Part::optional(Category::Emitter)];
 
-const TO_WORLD: PropertyInfo = property(
-    "to_world",
-    Kind::Transform,
-    Default::Identity,
-    "maps the shape into the scene",
-);
+const TO_WORLD: PropertyInfo =
+    property("to_world", Kind::Transform, Default::Identity, "maps the shape into the scene");
 
 const FLIP_NORMALS: PropertyInfo = property(
     "flip_normals",
@@ -79,12 +72,7 @@ pub(super) static PLY: Plugin = Plugin {
 
 /// As [`MESH_FILE`], but for the default of `flip_tex_coords`.
 const PLY_FILE: &[PropertyInfo] = &[
-    property(
-        "filename",
-        Kind::File,
-        Default::Required,
-        "the mesh; may be compressed (.gz)",
-    ),
+    property("filename", Kind::File, Default::Required, "the mesh; may be compressed (.gz)"),
     TO_WORLD,
     FLIP_NORMALS,
     FACE_NORMALS,
@@ -117,12 +105,7 @@ pub(super) static SPHERE: Plugin = Plugin {
     help: "A sphere, facing outwards.",
     properties: &[
         property("center", Kind::Point, Default::Origin, "before `to_world`"),
-        property(
-            "radius",
-            Kind::Float(Bounds::Positive),
-            Default::Float(1.0),
-            "before `to_world`",
-        ),
+        property("radius", Kind::Float(Bounds::Positive), Default::Float(1.0), "before `to_world`"),
         property(
             "to_world",
             Kind::Transform,
@@ -192,10 +175,7 @@ fn from_mesh(
         let message = format!("shape `{name}` has no triangle with an area and finite vertices");
         return Err(Issue::new(object.place(), message));
     }
-    Ok(BuiltShape {
-        shape: Arc::new(mesh),
-        dropped,
-    })
+    Ok(BuiltShape { shape: Arc::new(mesh), dropped })
 }
 
 fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
@@ -223,10 +203,7 @@ fn similarity(map: DMat3) -> Option<(f64, Frame)> {
     /// Scene files print matrices with six digits or more, which errs by 5e-7 for each entry, and by three
     /// times the double of that for an entry of MᵀM.
     const TOLERANCE: f64 = 1e-5;
-    let largest = map
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0, |m: f64, v| m.max(v.abs()));
+    let largest = map.to_cols_array().into_iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     // Scaled first, so that no product leaves the range.
     let unit = map * (1.0 / largest);
     let scale = unit.determinant().cbrt();
@@ -256,19 +233,11 @@ fn analytic<S: Shape + 'static>(object: &Object<'_>, shape: S) -> Result<BuiltSh
     let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
     // NaN compares as false and is refused too.
     if reach < Ray::LARGEST_COORDINATE {
-        return Ok(BuiltShape {
-            shape: Arc::new(shape),
-            dropped: Dropped::default(),
-        });
+        return Ok(BuiltShape { shape: Arc::new(shape), dropped: Dropped::default() });
     }
-    let message = format!(
-        "shape `{}` reaches farther than coordinates may",
-        object.plugin().name
-    );
-    Err(Issue::new(object.place(), message).with_help(format!(
-        "keep all coordinates below {:e}",
-        Ray::LARGEST_COORDINATE
-    )))
+    let message = format!("shape `{}` reaches farther than coordinates may", object.plugin().name);
+    Err(Issue::new(object.place(), message)
+        .with_help(format!("keep all coordinates below {:e}", Ray::LARGEST_COORDINATE)))
 }
 
 #[cfg(test)]
@@ -289,11 +258,7 @@ mod tests {
             DMat3::from_cols_array(&turn.to_cols_array().map(|v| (v * 1e6).round() * 1e-6));
         assert!(similarity(rounded).is_some());
         let scaled = |x, y, z| turn * DMat3::from_diagonal(DVec3::new(x, y, z));
-        for map in [
-            scaled(1.0, 1.0, 1.001),
-            scaled(1.0, 0.0, 1.0),
-            scaled(0.0, 0.0, 0.0),
-        ] {
+        for map in [scaled(1.0, 1.0, 1.001), scaled(1.0, 0.0, 1.0), scaled(0.0, 0.0, 0.0)] {
             assert!(similarity(map).is_none(), "{map}");
         }
         let shear = DMat3::from_cols(DVec3::X, DVec3::new(1e-3, 1.0, 0.0), DVec3::Z);

@@ -48,22 +48,12 @@ impl Parameters {
 
     fn insert(&mut self, name: &str, value: &str, used: bool) {
         let at = self.list.partition_point(|p| p.name.len() >= name.len());
-        self.list.insert(
-            at,
-            Parameter {
-                name: name.to_owned(),
-                value: value.to_owned(),
-                used,
-            },
-        );
+        self.list.insert(at, Parameter { name: name.to_owned(), value: value.to_owned(), used });
     }
 
     /// Names and values given by the user that nothing has referred to.
     pub(super) fn unused(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.list
-            .iter()
-            .filter(|p| !p.used)
-            .map(|p| (p.name.as_str(), p.value.as_str()))
+        self.list.iter().filter(|p| !p.used).map(|p| (p.name.as_str(), p.value.as_str()))
     }
 
     /// Names of all parameters.
@@ -86,12 +76,8 @@ impl Parameters {
             result.push_str(&rest[..dollar]);
             rest = &rest[dollar + 1..];
             let Some(parameter) = self.list.iter_mut().find(|p| rest.starts_with(&p.name)) else {
-                let word = rest
-                    .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-                    .next();
-                return Err(SubstituteError::Undefined(
-                    word.unwrap_or_default().to_owned(),
-                ));
+                let word = rest.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').next();
+                return Err(SubstituteError::Undefined(word.unwrap_or_default().to_owned()));
             };
             parameter.used = true;
             result.push_str(&parameter.value);
@@ -110,10 +96,8 @@ mod tests {
     use super::*;
 
     fn parameters(defines: &[(&str, &str)]) -> Parameters {
-        let owned: Vec<_> = defines
-            .iter()
-            .map(|(n, v)| ((*n).to_owned(), (*v).to_owned()))
-            .collect();
+        let owned: Vec<_> =
+            defines.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect();
         Parameters::new(&owned)
     }
 
@@ -122,10 +106,7 @@ mod tests {
         let mut p = parameters(&[("a", "1"), ("ab", "$a"), ("a", "2")]);
         assert_eq!(p.substitute("$a-$ab-$ac-\\$a").as_deref(), Ok("2-$a-2c-$a"));
         assert_eq!(p.substitute("plain").as_deref(), Ok("plain"));
-        assert_eq!(
-            p.substitute("$b_1!"),
-            Err(SubstituteError::Undefined("b_1".into()))
-        );
+        assert_eq!(p.substitute("$b_1!"), Err(SubstituteError::Undefined("b_1".into())));
     }
 
     #[test]
@@ -141,9 +122,6 @@ mod tests {
     #[test]
     fn values_cannot_explode() {
         let mut p = parameters(&[("a", &"x".repeat(1000))]);
-        assert_eq!(
-            p.substitute(&"$a".repeat(100)),
-            Err(SubstituteError::TooLong)
-        );
+        assert_eq!(p.substitute(&"$a".repeat(100)), Err(SubstituteError::TooLong));
     }
 }

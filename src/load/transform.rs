@@ -15,10 +15,7 @@ pub(super) fn read(transform: &Element) -> Result<DAffine3, Issue> {
     for step in &transform.children {
         map = read_step(step)? * map;
         if !map.is_finite() {
-            return Err(Issue::new(
-                step.place,
-                "this step makes the transform overflow",
-            ));
+            return Err(Issue::new(step.place, "this step makes the transform overflow"));
         }
     }
     Ok(map)
@@ -66,11 +63,7 @@ fn check(
     issues: &mut Vec<Issue>,
 ) -> Result<(), Issue> {
     step.check_attributes(required, optional, issues);
-    if issues.is_empty() {
-        Ok(())
-    } else {
-        Err(issues.swap_remove(0))
-    }
+    if issues.is_empty() { Ok(()) } else { Err(issues.swap_remove(0)) }
 }
 
 /// `x`, `y`, `z`, each with a default, or all of them in `value`.
@@ -97,10 +90,9 @@ pub(super) fn triple(text: &str, place: Place) -> Result<DVec3, Issue> {
     match *numbers(text, place)?.as_slice() {
         [v] => Ok(DVec3::splat(v)),
         [x, y, z] => Ok(DVec3::new(x, y, z)),
-        ref list => Err(Issue::new(
-            place,
-            format!("expected 1 or 3 numbers, found {}", list.len()),
-        )),
+        ref list => {
+            Err(Issue::new(place, format!("expected 1 or 3 numbers, found {}", list.len())))
+        }
     }
 }
 
@@ -117,37 +109,18 @@ fn rotate(step: &Element) -> Result<DAffine3, Issue> {
 fn lookat(step: &Element) -> Result<DAffine3, Issue> {
     let point = |name: &str| triple_of_three(step.value(name), step.place_of(name));
     let (origin, target) = (point("origin")?, point("target")?);
-    let up = if step.value("up").is_empty() {
-        DVec3::ZERO
-    } else {
-        point("up")?
-    };
+    let up = if step.value("up").is_empty() { DVec3::ZERO } else { point("up")? };
     let forward = (target - origin).try_normalize().ok_or_else(|| {
-        Issue::new(
-            step.place,
-            "<lookat>: `origin` and `target` are the same point",
-        )
+        Issue::new(step.place, "<lookat>: `origin` and `target` are the same point")
     })?;
-    let up = if up == DVec3::ZERO {
-        any_perpendicular(forward)
-    } else {
-        up
-    };
-    let left = up
-        .try_normalize()
-        .map(|up| up.cross(forward))
-        .filter(|left| left.length() > SMALLEST_SINE);
+    let up = if up == DVec3::ZERO { any_perpendicular(forward) } else { up };
+    let left =
+        up.try_normalize().map(|up| up.cross(forward)).filter(|left| left.length() > SMALLEST_SINE);
     let left = left.and_then(DVec3::try_normalize).ok_or_else(|| {
-        Issue::new(
-            step.place,
-            "<lookat>: `up` points along the line from `origin` to `target`",
-        )
+        Issue::new(step.place, "<lookat>: `up` points along the line from `origin` to `target`")
     })?;
     let up = forward.cross(left);
-    Ok(DAffine3 {
-        matrix3: DMat3::from_cols(left, up, forward),
-        translation: origin,
-    })
+    Ok(DAffine3 { matrix3: DMat3::from_cols(left, up, forward), translation: origin })
 }
 
 /// Below this sine of the angle between `up` and the line of sight nothing but the rounding of both, a
@@ -159,20 +132,13 @@ const SMALLEST_SINE: f64 = 1e-14;
 fn any_perpendicular(n: DVec3) -> DVec3 {
     let sign = 1f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);
-    DVec3::new(
-        1.0 + sign * n.x * n.x * a,
-        sign * n.x * n.y * a,
-        -sign * n.x,
-    )
+    DVec3::new(1.0 + sign * n.x * n.x * a, sign * n.x * n.y * a, -sign * n.x)
 }
 
 fn triple_of_three(text: &str, place: Place) -> Result<DVec3, Issue> {
     match *numbers(text, place)?.as_slice() {
         [x, y, z] => Ok(DVec3::new(x, y, z)),
-        ref list => Err(Issue::new(
-            place,
-            format!("expected 3 numbers, found {}", list.len()),
-        )),
+        ref list => Err(Issue::new(place, format!("expected 3 numbers, found {}", list.len()))),
     }
 }
 
@@ -181,9 +147,7 @@ fn matrix(step: &Element) -> Result<DAffine3, Issue> {
     let place = step.place_of("value");
     let list = numbers(step.value("value"), place)?;
     if let Ok(rows) = <&[f64; 9]>::try_from(list.as_slice()) {
-        return Ok(DAffine3::from_mat3(
-            DMat3::from_cols_array(rows).transpose(),
-        ));
+        return Ok(DAffine3::from_mat3(DMat3::from_cols_array(rows).transpose()));
     }
     let Ok(rows) = <&[f64; 16]>::try_from(list.as_slice()) else {
         let message = format!("a matrix has 9 or 16 numbers, found {}", list.len());
@@ -193,7 +157,5 @@ fn matrix(step: &Element) -> Result<DAffine3, Issue> {
         let message = "the last row of a matrix must be 0 0 0 1: others are no affine maps";
         return Err(Issue::new(place, message));
     }
-    Ok(DAffine3::from_mat4(
-        DMat4::from_cols_array(rows).transpose(),
-    ))
+    Ok(DAffine3::from_mat4(DMat4::from_cols_array(rows).transpose()))
 }

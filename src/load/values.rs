@@ -41,17 +41,8 @@ impl Value {
 }
 
 /// Elements that give a property.
-pub(super) const TAGS: [&str; 9] = [
-    "boolean",
-    "integer",
-    "float",
-    "string",
-    "point",
-    "vector",
-    "rgb",
-    "spectrum",
-    "transform",
-];
+pub(super) const TAGS: [&str; 9] =
+    ["boolean", "integer", "float", "string", "point", "vector", "rgb", "spectrum", "transform"];
 
 /// The value that an element of [`TAGS`] gives.
 ///
@@ -73,10 +64,7 @@ pub(super) fn read(element: &Element) -> Result<Value, Issue> {
             element.check_childless(&mut issues);
         }
         "spectrum" if element.attribute("filename").is_some() => {
-            return Err(not_a_colour(
-                element.place_of("filename"),
-                "spectra from files",
-            ));
+            return Err(not_a_colour(element.place_of("filename"), "spectra from files"));
         }
         _ => {
             element.check_attributes(&["name", "value"], &[], &mut issues);
@@ -105,32 +93,22 @@ fn parse_boolean(text: &str, place: Place) -> Result<bool, Issue> {
     } else if text.eq_ignore_ascii_case("false") {
         Ok(false)
     } else {
-        Err(Issue::new(
-            place,
-            format!("`{text}` is neither true nor false"),
-        ))
+        Err(Issue::new(place, format!("`{text}` is neither true nor false")))
     }
 }
 
 fn parse_integer(text: &str, place: Place) -> Result<i64, Issue> {
-    text.trim()
-        .parse()
-        .map_err(|_| Issue::new(place, format!("`{text}` is not a whole number")))
+    text.trim().parse().map_err(|_| Issue::new(place, format!("`{text}` is not a whole number")))
 }
 
 /// A finite number.
 pub(super) fn parse_number(text: &str, place: Place) -> Result<f64, Issue> {
-    let number: f64 = text
-        .trim()
-        .parse()
-        .map_err(|_| Issue::new(place, format!("`{text}` is not a number")))?;
+    let number: f64 =
+        text.trim().parse().map_err(|_| Issue::new(place, format!("`{text}` is not a number")))?;
     if number.is_finite() {
         Ok(number)
     } else {
-        Err(Issue::new(
-            place,
-            format!("`{text}` is not a finite number"),
-        ))
+        Err(Issue::new(place, format!("`{text}` is not a finite number")))
     }
 }
 
@@ -147,11 +125,7 @@ fn parse_point(element: &Element) -> Result<DVec3, Issue> {
         return transform::triple(&value.value, value.value_place);
     }
     let coordinate = |name| parse_number(element.value(name), element.place_of(name));
-    Ok(DVec3::new(
-        coordinate("x")?,
-        coordinate("y")?,
-        coordinate("z")?,
-    ))
+    Ok(DVec3::new(coordinate("x")?, coordinate("y")?, coordinate("z")?))
 }
 
 fn parse_rgb(text: &str, place: Place) -> Result<DVec3, Issue> {

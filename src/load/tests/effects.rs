@@ -26,141 +26,36 @@ fn scene_with(category: Category, plugin: &str, inner: &str) -> String {
 
 /// Plugin, property, what stands beside it, a value that must change the scene.
 const EFFECTS: &[(&str, &str, &str, &str)] = &[
-    (
-        "rectangle",
-        "to_world",
-        "",
-        "<transform name='to_world'><translate x='1'/></transform>",
-    ),
-    (
-        "rectangle",
-        "flip_normals",
-        "",
-        "<boolean name='flip_normals' value='true'/>",
-    ),
-    (
-        "cube",
-        "to_world",
-        "",
-        "<transform name='to_world'><scale value='2'/></transform>",
-    ),
-    (
-        "cube",
-        "flip_normals",
-        "",
-        "<boolean name='flip_normals' value='true'/>",
-    ),
-    (
-        "sphere",
-        "center",
-        "",
-        "<point name='center' x='1' y='2' z='3'/>",
-    ),
+    ("rectangle", "to_world", "", "<transform name='to_world'><translate x='1'/></transform>"),
+    ("rectangle", "flip_normals", "", "<boolean name='flip_normals' value='true'/>"),
+    ("cube", "to_world", "", "<transform name='to_world'><scale value='2'/></transform>"),
+    ("cube", "flip_normals", "", "<boolean name='flip_normals' value='true'/>"),
+    ("sphere", "center", "", "<point name='center' x='1' y='2' z='3'/>"),
     ("sphere", "radius", "", "<float name='radius' value='2'/>"),
-    (
-        "sphere",
-        "to_world",
-        "",
-        "<transform name='to_world'><rotate x='1' angle='9'/></transform>",
-    ),
-    (
-        "sphere",
-        "flip_normals",
-        "",
-        "<boolean name='flip_normals' value='true'/>",
-    ),
-    (
-        "disk",
-        "to_world",
-        "",
-        "<transform name='to_world'><scale x='2'/></transform>",
-    ),
-    (
-        "disk",
-        "flip_normals",
-        "",
-        "<boolean name='flip_normals' value='true'/>",
-    ),
-    (
-        "diffuse",
-        "reflectance",
-        "",
-        "<rgb name='reflectance' value='0.1 0.2 0.3'/>",
-    ),
-    (
-        "conductor",
-        "material",
-        "",
-        "<string name='material' value='Au'/>",
-    ),
+    ("sphere", "to_world", "", "<transform name='to_world'><rotate x='1' angle='9'/></transform>"),
+    ("sphere", "flip_normals", "", "<boolean name='flip_normals' value='true'/>"),
+    ("disk", "to_world", "", "<transform name='to_world'><scale x='2'/></transform>"),
+    ("disk", "flip_normals", "", "<boolean name='flip_normals' value='true'/>"),
+    ("diffuse", "reflectance", "", "<rgb name='reflectance' value='0.1 0.2 0.3'/>"),
+    ("conductor", "material", "", "<string name='material' value='Au'/>"),
     ("conductor", "eta", "", "<rgb name='eta' value='1 2 3'/>"),
     ("conductor", "k", "", "<rgb name='k' value='1 2 3'/>"),
-    (
-        "conductor",
-        "specular_reflectance",
-        "",
-        "<float name='specular_reflectance' value='0.3'/>",
-    ),
-    (
-        "dielectric",
-        "int_ior",
-        "",
-        "<string name='int_ior' value='diamond'/>",
-    ),
-    (
-        "dielectric",
-        "ext_ior",
-        "",
-        "<float name='ext_ior' value='1.3'/>",
-    ),
-    (
-        "dielectric",
-        "specular_reflectance",
-        "",
-        "<float name='specular_reflectance' value='0.3'/>",
-    ),
+    ("conductor", "specular_reflectance", "", "<float name='specular_reflectance' value='0.3'/>"),
+    ("dielectric", "int_ior", "", "<string name='int_ior' value='diamond'/>"),
+    ("dielectric", "ext_ior", "", "<float name='ext_ior' value='1.3'/>"),
+    ("dielectric", "specular_reflectance", "", "<float name='specular_reflectance' value='0.3'/>"),
     (
         "dielectric",
         "specular_transmittance",
         "",
         "<float name='specular_transmittance' value='0.3'/>",
     ),
-    (
-        "area",
-        "radiance",
-        "",
-        "<rgb name='radiance' value='3 2 1'/>",
-    ),
-    (
-        "constant",
-        "radiance",
-        "",
-        "<spectrum name='radiance' value='3'/>",
-    ),
-    (
-        "point",
-        "intensity",
-        "",
-        "<integer name='intensity' value='3'/>",
-    ),
-    (
-        "point",
-        "position",
-        "",
-        "<point name='position' value='3'/>",
-    ),
-    (
-        "point",
-        "to_world",
-        "",
-        "<transform name='to_world'><translate y='3'/></transform>",
-    ),
-    (
-        "perspective",
-        "to_world",
-        "",
-        "<transform name='to_world'><translate y='3'/></transform>",
-    ),
+    ("area", "radiance", "", "<rgb name='radiance' value='3 2 1'/>"),
+    ("constant", "radiance", "", "<spectrum name='radiance' value='3'/>"),
+    ("point", "intensity", "", "<integer name='intensity' value='3'/>"),
+    ("point", "position", "", "<point name='position' value='3'/>"),
+    ("point", "to_world", "", "<transform name='to_world'><translate y='3'/></transform>"),
+    ("perspective", "to_world", "", "<transform name='to_world'><translate y='3'/></transform>"),
     ("perspective", "fov", "", "<float name='fov' value='30'/>"),
     (
         "perspective",
@@ -168,12 +63,7 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
         "<float name='fov' value='30'/>",
         "<string name='fov_axis' value='y'/>",
     ),
-    (
-        "perspective",
-        "focal_length",
-        "",
-        "<string name='focal_length' value='35mm'/>",
-    ),
+    ("perspective", "focal_length", "", "<string name='focal_length' value='35mm'/>"),
     (
         "perspective",
         "principal_point_offset_x",
@@ -186,211 +76,46 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
         "",
         "<float name='principal_point_offset_y' value='.1'/>",
     ),
-    (
-        "perspective",
-        "near_clip",
-        "",
-        "<float name='near_clip' value='0.1'/>",
-    ),
-    (
-        "perspective",
-        "far_clip",
-        "",
-        "<float name='far_clip' value='100'/>",
-    ),
-    (
-        "hdrfilm",
-        "width",
-        "",
-        "<integer name='width' value='100'/>",
-    ),
-    (
-        "hdrfilm",
-        "height",
-        "",
-        "<integer name='height' value='100'/>",
-    ),
-    (
-        "hdrfilm",
-        "crop_offset_x",
-        "",
-        "<integer name='crop_offset_x' value='10'/>",
-    ),
-    (
-        "hdrfilm",
-        "crop_offset_y",
-        "",
-        "<integer name='crop_offset_y' value='10'/>",
-    ),
-    (
-        "hdrfilm",
-        "crop_width",
-        "",
-        "<integer name='crop_width' value='10'/>",
-    ),
-    (
-        "hdrfilm",
-        "crop_height",
-        "",
-        "<integer name='crop_height' value='10'/>",
-    ),
-    (
-        "hdrfilm",
-        "pixel_format",
-        "",
-        "<string name='pixel_format' value='RGBA'/>",
-    ),
-    (
-        "hdrfilm",
-        "component_format",
-        "",
-        "<string name='component_format' value='float32'/>",
-    ),
+    ("perspective", "near_clip", "", "<float name='near_clip' value='0.1'/>"),
+    ("perspective", "far_clip", "", "<float name='far_clip' value='100'/>"),
+    ("hdrfilm", "width", "", "<integer name='width' value='100'/>"),
+    ("hdrfilm", "height", "", "<integer name='height' value='100'/>"),
+    ("hdrfilm", "crop_offset_x", "", "<integer name='crop_offset_x' value='10'/>"),
+    ("hdrfilm", "crop_offset_y", "", "<integer name='crop_offset_y' value='10'/>"),
+    ("hdrfilm", "crop_width", "", "<integer name='crop_width' value='10'/>"),
+    ("hdrfilm", "crop_height", "", "<integer name='crop_height' value='10'/>"),
+    ("hdrfilm", "pixel_format", "", "<string name='pixel_format' value='RGBA'/>"),
+    ("hdrfilm", "component_format", "", "<string name='component_format' value='float32'/>"),
     ("tent", "radius", "", "<float name='radius' value='2'/>"),
-    (
-        "gaussian",
-        "stddev",
-        "",
-        "<float name='stddev' value='0.6'/>",
-    ),
-    (
-        "independent",
-        "sample_count",
-        "",
-        "<integer name='sample_count' value='64'/>",
-    ),
-    (
-        "independent",
-        "seed",
-        "",
-        "<integer name='seed' value='1'/>",
-    ),
-    (
-        "path",
-        "max_depth",
-        "",
-        "<integer name='max_depth' value='8'/>",
-    ),
-    (
-        "path",
-        "rr_depth",
-        "",
-        "<integer name='rr_depth' value='8'/>",
-    ),
-    (
-        "path",
-        "hide_emitters",
-        "",
-        "<boolean name='hide_emitters' value='true'/>",
-    ),
-    (
-        "path",
-        "strategy",
-        "",
-        "<string name='strategy' value='mis_balance'/>",
-    ),
-    (
-        "path",
-        "directions",
-        "",
-        "<string name='directions' value='cosine'/>",
-    ),
-    (
-        "path",
-        "emitter_choice",
-        "",
-        "<string name='emitter_choice' value='uniform'/>",
-    ),
-    (
-        "path",
-        "rr_policy",
-        "",
-        "<string name='rr_policy' value='none'/>",
-    ),
+    ("gaussian", "stddev", "", "<float name='stddev' value='0.6'/>"),
+    ("independent", "sample_count", "", "<integer name='sample_count' value='64'/>"),
+    ("independent", "seed", "", "<integer name='seed' value='1'/>"),
+    ("path", "max_depth", "", "<integer name='max_depth' value='8'/>"),
+    ("path", "rr_depth", "", "<integer name='rr_depth' value='8'/>"),
+    ("path", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
+    ("path", "strategy", "", "<string name='strategy' value='mis_balance'/>"),
+    ("path", "directions", "", "<string name='directions' value='cosine'/>"),
+    ("path", "emitter_choice", "", "<string name='emitter_choice' value='uniform'/>"),
+    ("path", "rr_policy", "", "<string name='rr_policy' value='none'/>"),
     (
         "path",
         "rr_survival",
         "",
         "<string name='rr_policy' value='fixed'/><float name='rr_survival' value='.7'/>",
     ),
-    (
-        "path",
-        "rr_max_survival",
-        "",
-        "<float name='rr_max_survival' value='0.9'/>",
-    ),
-    (
-        "direct",
-        "emitter_samples",
-        "",
-        "<integer name='emitter_samples' value='0'/>",
-    ),
-    (
-        "direct",
-        "bsdf_samples",
-        "",
-        "<integer name='bsdf_samples' value='0'/>",
-    ),
-    (
-        "direct",
-        "hide_emitters",
-        "",
-        "<boolean name='hide_emitters' value='true'/>",
-    ),
-    (
-        "direct",
-        "strategy",
-        "",
-        "<string name='strategy' value='emitter'/>",
-    ),
-    (
-        "direct",
-        "directions",
-        "",
-        "<string name='directions' value='uniform'/>",
-    ),
-    (
-        "direct",
-        "emitter_choice",
-        "",
-        "<string name='emitter_choice' value='uniform'/>",
-    ),
-    (
-        "direct_uniform",
-        "hide_emitters",
-        "",
-        "<boolean name='hide_emitters' value='true'/>",
-    ),
-    (
-        "branching",
-        "branches",
-        "",
-        "<integer name='branches' value='2'/>",
-    ),
-    (
-        "branching",
-        "max_depth",
-        "",
-        "<integer name='max_depth' value='2'/>",
-    ),
-    (
-        "branching",
-        "directions",
-        "",
-        "<string name='directions' value='uniform'/>",
-    ),
-    (
-        "branching",
-        "hide_emitters",
-        "",
-        "<boolean name='hide_emitters' value='true'/>",
-    ),
-    (
-        "ao",
-        "ray_length",
-        "",
-        "<float name='ray_length' value='2'/>",
-    ),
+    ("path", "rr_max_survival", "", "<float name='rr_max_survival' value='0.9'/>"),
+    ("direct", "emitter_samples", "", "<integer name='emitter_samples' value='0'/>"),
+    ("direct", "bsdf_samples", "", "<integer name='bsdf_samples' value='0'/>"),
+    ("direct", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
+    ("direct", "strategy", "", "<string name='strategy' value='emitter'/>"),
+    ("direct", "directions", "", "<string name='directions' value='uniform'/>"),
+    ("direct", "emitter_choice", "", "<string name='emitter_choice' value='uniform'/>"),
+    ("direct_uniform", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
+    ("branching", "branches", "", "<integer name='branches' value='2'/>"),
+    ("branching", "max_depth", "", "<integer name='max_depth' value='2'/>"),
+    ("branching", "directions", "", "<string name='directions' value='uniform'/>"),
+    ("branching", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
+    ("ao", "ray_length", "", "<float name='ray_length' value='2'/>"),
 ];
 
 /// Properties without a second value to try, or documented to be read and not needed; and those of
@@ -409,20 +134,12 @@ fn every_property_has_an_effect() {
         for property in plugin.properties {
             let key = (plugin.name, property.name);
             let Some(row) = EFFECTS.iter().find(|r| (r.0, r.1) == key) else {
-                assert!(
-                    WITHOUT_EFFECT.contains(&key),
-                    "no test shows that {key:?} has an effect"
-                );
+                assert!(WITHOUT_EFFECT.contains(&key), "no test shows that {key:?} has an effect");
                 continue;
             };
             let debug = |inner: &str| {
                 let text = scene_with(plugin.category(), plugin.name, inner);
-                format!(
-                    "{:?}",
-                    load(&text)
-                        .unwrap_or_else(|e| panic!("{text}\n{e}"))
-                        .description
-                )
+                format!("{:?}", load(&text).unwrap_or_else(|e| panic!("{text}\n{e}")).description)
             };
             let (without, with) = (debug(row.2), debug(&format!("{}{}", row.2, row.3)));
             assert_ne!(without, with, "{key:?}");
@@ -447,30 +164,13 @@ fn every_plugin_loads_with_its_defaults() {
 /// Values as printed by Mitsuba 3.9.1 for a scene that names none of them.
 #[test]
 fn defaults_are_mitsubas() {
-    let Description {
-        scene,
-        film,
-        sampler,
-        integrator,
-        ..
-    } = description("<shape type='cube'/>");
-    assert_eq!(
-        film.crop,
-        Crop {
-            x: 0,
-            y: 0,
-            width: 768,
-            height: 576
-        }
-    );
+    let Description { scene, film, sampler, integrator, .. } = description("<shape type='cube'/>");
+    assert_eq!(film.crop, Crop { x: 0, y: 0, width: 768, height: 576 });
     assert_eq!((film.width, film.height, film.alpha), (768, 576, false));
     assert_eq!(film.filter, Filter::Gaussian { stddev: 0.5 });
     assert_eq!(film.component, ComponentFormat::Half);
     assert_eq!((sampler.samples_per_pixel, sampler.seed), (4, 0));
-    assert_eq!(
-        integrator,
-        IntegratorSettings::Path(PathSettings::default())
-    );
+    assert_eq!(integrator, IntegratorSettings::Path(PathSettings::default()));
     assert_eq!(albedo(&scene, 0), Vec3::splat(0.5));
     // A <path> without properties is the path tracer's own default, too.
     let named = description("<integrator type='path'/>").integrator;
@@ -506,10 +206,7 @@ fn materials_mean_what_they_say() {
          <bsdf type='diffuse'><rgb name='reflectance' value='.1'/></bsdf></bsdf></shape>",
     );
     let bsdf: &dyn Bsdf = two.scene.bsdfs()[0].as_ref();
-    assert_eq!(
-        (bsdf.albedo(Vec3::Z), bsdf.albedo(-Vec3::Z)),
-        (Vec3::ONE, Vec3::splat(0.1))
-    );
+    assert_eq!((bsdf.albedo(Vec3::Z), bsdf.albedo(-Vec3::Z)), (Vec3::ONE, Vec3::splat(0.1)));
 }
 
 /// Tangents of half the angle across the width, from the `x_fov` that Mitsuba 3.9.1 reports (in degrees,
@@ -523,9 +220,7 @@ fn fields_of_view_are_mitsubas() {
         f64::from(left.x / left.z).atan().to_degrees() * 2.0
     };
     let fov = |axis: &str| {
-        width(&format!(
-            "<float name='fov' value='40'/><string name='fov_axis' value='{axis}'/>"
-        ))
+        width(&format!("<float name='fov' value='40'/><string name='fov_axis' value='{axis}'/>"))
     };
     let focal = |length: &str| width(&format!("<string name='focal_length' value='{length}'/>"));
     for (ours, mitsubas) in [
@@ -556,17 +251,11 @@ fn cameras_are_placed_and_may_be_scaled() {
     };
     let lookat = "<lookat origin='1 2 3' target='1 2 0' up='0 1 0'/>";
     let ray = camera(lookat).ray(Vec2::splat(0.5));
-    assert_eq!(
-        (ray.origin, ray.direction),
-        (Vec3::new(1.0, 2.0, 3.0), Vec3::NEG_Z)
-    );
+    assert_eq!((ray.origin, ray.direction), (Vec3::new(1.0, 2.0, 3.0), Vec3::NEG_Z));
     // Seen from the front, the world's -x is to the left of a camera that looks along -z.
     assert!(camera(lookat).ray(Vec2::new(0.0, 0.5)).direction.x < 0.0);
     let scaled = camera(&format!("<scale value='5'/>{lookat}")).ray(Vec2::new(0.1, 0.7));
-    assert_eq!(
-        scaled.direction,
-        camera(lookat).ray(Vec2::new(0.1, 0.7)).direction
-    );
+    assert_eq!(scaled.direction, camera(lookat).ray(Vec2::new(0.1, 0.7)).direction);
 }
 
 /// Without `up`, `lookat` turns the camera as Mitsuba 3.9.1 does, whose matrix for this one is printed to
@@ -579,17 +268,12 @@ fn lookat_without_up_is_mitsubas() {
         "<transform name='to_world'><lookat origin='1, 2, 3' target='0, 0.5, 0'/></transform>",
     );
     let camera = load(&text).expect("valid").description.camera;
-    let (left, center) = (
-        camera.ray(Vec2::new(0.0, 0.5)).direction,
-        camera.ray(Vec2::splat(0.5)).direction,
-    );
+    let (left, center) =
+        (camera.ray(Vec2::new(0.0, 0.5)).direction, camera.ray(Vec2::splat(0.5)).direction);
     let forward = Vec3::new(-0.285_714, -0.428_571, -0.857_143);
     assert!(center.abs_diff_eq(forward, 1e-6), "{center}");
     let across = (left - center * left.dot(center)).normalize();
-    assert!(
-        across.abs_diff_eq(Vec3::new(-0.065_934, 0.901_099, -0.428_571), 2e-6),
-        "{across}"
-    );
+    assert!(across.abs_diff_eq(Vec3::new(-0.065_934, 0.901_099, -0.428_571), 2e-6), "{across}");
 }
 
 #[test]
@@ -603,38 +287,16 @@ fn steps_of_a_transform_are_applied_in_order() {
         (bounds.min.as_dvec3() + bounds.max.as_dvec3()) * 0.5
     };
     for (steps, expected) in [
-        (
-            "<translate x='1'/><scale value='2'/>",
-            DVec3::new(2.0, 0.0, 0.0),
-        ),
-        (
-            "<scale value='2'/><translate x='1'/>",
-            DVec3::new(1.0, 0.0, 0.0),
-        ),
+        ("<translate x='1'/><scale value='2'/>", DVec3::new(2.0, 0.0, 0.0)),
+        ("<scale value='2'/><translate x='1'/>", DVec3::new(1.0, 0.0, 0.0)),
         ("<translate value='1 2 3'/>", DVec3::new(1.0, 2.0, 3.0)),
-        (
-            "<translate x='1'/><rotate z='2' angle='90'/>",
-            DVec3::new(0.0, 1.0, 0.0),
-        ),
-        (
-            "<matrix value='1 0 0 4  0 1 0 5  0 0 1 6  0 0 0 1'/>",
-            DVec3::new(4.0, 5.0, 6.0),
-        ),
-        (
-            "<translate x='1'/><matrix value='0 -1 0, 1 0 0, 0 0 1'/>",
-            DVec3::new(0.0, 1.0, 0.0),
-        ),
-        (
-            "<lookat origin='7 8 9' target='7 8 10' up='0 1 0'/>",
-            DVec3::new(7.0, 8.0, 9.0),
-        ),
+        ("<translate x='1'/><rotate z='2' angle='90'/>", DVec3::new(0.0, 1.0, 0.0)),
+        ("<matrix value='1 0 0 4  0 1 0 5  0 0 1 6  0 0 0 1'/>", DVec3::new(4.0, 5.0, 6.0)),
+        ("<translate x='1'/><matrix value='0 -1 0, 1 0 0, 0 0 1'/>", DVec3::new(0.0, 1.0, 0.0)),
+        ("<lookat origin='7 8 9' target='7 8 10' up='0 1 0'/>", DVec3::new(7.0, 8.0, 9.0)),
     ] {
         // Bounds are f32 with a margin of a few ulp of 10.
-        assert!(
-            center(steps).abs_diff_eq(expected, 1e-5),
-            "{steps} {}",
-            center(steps)
-        );
+        assert!(center(steps).abs_diff_eq(expected, 1e-5), "{steps} {}", center(steps));
     }
 }
 
@@ -660,46 +322,26 @@ fn integrators_mean_what_they_say() {
         IntegratorSettings::Path(path) => path,
         other => panic!("{other:?}"),
     };
-    assert_eq!(
-        direct(""),
-        PathSettings {
-            max_depth: Some(2),
-            ..PathSettings::default()
-        }
-    );
-    assert_eq!(
-        direct("<integer name='shading_samples' value='1'/>"),
-        direct("")
-    );
+    assert_eq!(direct(""), PathSettings { max_depth: Some(2), ..PathSettings::default() });
+    assert_eq!(direct("<integer name='shading_samples' value='1'/>"), direct(""));
     let only = |name: &str| direct(&format!("<integer name='{name}' value='0'/>")).strategy;
     assert_eq!(only("emitter_samples"), Strategy::Bsdf);
     assert_eq!(only("bsdf_samples"), Strategy::Emitter);
-    let fixed = of(
-        "<integrator type='path'><string name='rr_policy' value='fixed'/>\
-         <float name='rr_survival' value='1'/></integrator>",
-    );
-    let IntegratorSettings::Path(path) = fixed else {
-        panic!("{fixed:?}")
-    };
+    let fixed = of("<integrator type='path'><string name='rr_policy' value='fixed'/>\
+         <float name='rr_survival' value='1'/></integrator>");
+    let IntegratorSettings::Path(path) = fixed else { panic!("{fixed:?}") };
     assert_eq!(
         (path.roulette.policy, path.roulette.max_survival),
         (RoulettePolicy::Fixed(1.0), 1.0)
     );
-    let aov = of(
-        "<integrator type='aov'><string name='aovs' value='dd:depth, nn.s : sh_normal,'/>\
-         <integrator type='ao'/></integrator>",
-    );
-    let layer = |name: &str, kind| AovLayer {
-        name: name.into(),
-        kind,
-    };
+    let aov =
+        of("<integrator type='aov'><string name='aovs' value='dd:depth, nn.s : sh_normal,'/>\
+         <integrator type='ao'/></integrator>");
+    let layer = |name: &str, kind| AovLayer { name: name.into(), kind };
     assert_eq!(
         aov,
         IntegratorSettings::Aov {
-            layers: vec![
-                layer("dd", AovKind::Depth),
-                layer("nn.s", AovKind::ShadingNormal)
-            ],
+            layers: vec![layer("dd", AovKind::Depth), layer("nn.s", AovKind::ShadingNormal)],
             picture: Some(Box::new(IntegratorSettings::AmbientOcclusion {
                 ray_length: f32::INFINITY
             })),

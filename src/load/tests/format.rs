@@ -17,10 +17,7 @@ fn references_share_materials_and_may_point_forwards() {
     let objects = d.scene.objects();
     assert_eq!(objects[0].bsdf, objects[1].bsdf);
     assert_eq!(objects[2].bsdf, objects[3].bsdf);
-    assert_eq!(
-        (d.scene.bsdfs().len(), objects[0].name.as_str()),
-        (3, "ball")
-    );
+    assert_eq!((d.scene.bsdfs().len(), objects[0].name.as_str()), (3, "ball"));
 }
 
 #[test]
@@ -44,12 +41,8 @@ fn shapes_keep_the_order_of_the_file() {
             format!("<shape type='{kind}' id='{i}'/>")
         })
         .collect();
-    let names: Vec<String> = description(&shapes)
-        .scene
-        .objects()
-        .iter()
-        .map(|o| o.name.clone())
-        .collect();
+    let names: Vec<String> =
+        description(&shapes).scene.objects().iter().map(|o| o.name.clone()).collect();
     assert_eq!(names, (0..40).map(|i| i.to_string()).collect::<Vec<_>>());
 }
 
@@ -61,10 +54,7 @@ fn parameters_are_substituted() {
          <integer name='sample_count' value='$spp'/></sampler></sensor></scene>"
     );
     let spp = |defines: &[(&str, &str)]| {
-        let defines = defines
-            .iter()
-            .map(|(n, v)| ((*n).to_owned(), (*v).to_owned()))
-            .collect();
+        let defines = defines.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect();
         let loaded = load_text(&text, Path::new("a.xml"), &LoadOptions { defines }).expect("valid");
         let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
         (loaded.description.sampler.samples_per_pixel, warnings)
@@ -78,12 +68,8 @@ fn parameters_are_substituted() {
 #[test]
 fn several_sensors_and_stray_text_are_warned_about() {
     let text = format!("<scene version='3.0.0'>\n{SENSOR} oops\n{SENSOR}</scene>");
-    let warnings: Vec<_> = load(&text)
-        .expect("valid")
-        .warnings
-        .iter()
-        .map(ToString::to_string)
-        .collect();
+    let warnings: Vec<_> =
+        load(&text).expect("valid").warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         warnings,
         [
@@ -112,17 +98,9 @@ fn old_scenes_are_upgraded() {
     )
     .unwrap_or_else(|e| panic!("{e}"));
     let d = loaded.description;
-    let IntegratorSettings::Path(path) = d.integrator else {
-        panic!("{:?}", d.integrator)
-    };
-    assert_eq!(
-        (path.max_depth, path.roulette.min_depth, path.hide_emitters),
-        (Some(3), 7, true)
-    );
-    assert_eq!(
-        (d.sampler.samples_per_pixel, d.film.crop.x, d.film.alpha),
-        (9, 3, true)
-    );
+    let IntegratorSettings::Path(path) = d.integrator else { panic!("{:?}", d.integrator) };
+    assert_eq!((path.max_depth, path.roulette.min_depth, path.hide_emitters), (Some(3), 7, true));
+    assert_eq!((d.sampler.samples_per_pixel, d.film.crop.x, d.film.alpha), (9, 3, true));
     assert_eq!(d.film.filter, Filter::Box);
     let albedo = d.scene.bsdfs()[d.scene.objects()[1].bsdf].albedo(glam::Vec3::Z);
     assert_eq!(albedo, glam::Vec3::splat(0.25));
@@ -163,30 +141,16 @@ fn files_are_joined() {
         "parts/more/light.xml",
         "<scene version='3.0.0'><include filename='neighbour.xml'/></scene>",
     );
-    write(
-        of,
-        "parts/more/neighbour.xml",
-        "<emitter type='constant' version='3.0.0'/>",
-    );
-    write(
-        of,
-        "bsdf.xml",
-        "<bsdf version='3.0.0' type='diffuse' id='grey'/>",
-    );
+    write(of, "parts/more/neighbour.xml", "<emitter type='constant' version='3.0.0'/>");
+    write(of, "bsdf.xml", "<bsdf version='3.0.0' type='diffuse' id='grey'/>");
     let loaded =
         load_scene(&of.join("main.xml"), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let d = loaded.description;
-    let IntegratorSettings::Path(path) = d.integrator else {
-        panic!("{:?}", d.integrator)
-    };
+    let IntegratorSettings::Path(path) = d.integrator else { panic!("{:?}", d.integrator) };
     assert_eq!((path.max_depth, path.roulette.min_depth), (Some(4), 6));
     assert_eq!(d.scene.bounds().expect("a sphere").max.x.round(), 5.0);
     assert_eq!(
-        (
-            d.scene.objects().len(),
-            d.scene.bsdfs().len(),
-            d.scene.emitters().len()
-        ),
+        (d.scene.objects().len(), d.scene.bsdfs().len(), d.scene.emitters().len()),
         (1, 1, 1)
     );
 }
@@ -210,11 +174,7 @@ fn includes_that_go_wrong_say_where() {
     write(of, "latin.xml", "<scene/>");
     fs::write(of.join("latin.xml"), b"<scene>\n\xe9</scene>").expect("can be written");
     for i in 0..20 {
-        write(
-            of,
-            &format!("d{i}.xml"),
-            &scene(&format!("<include filename='d{}.xml'/>", i + 1)),
-        );
+        write(of, &format!("d{i}.xml"), &scene(&format!("<include filename='d{}.xml'/>", i + 1)));
     }
     for (content, expected) in [
         (
@@ -229,28 +189,19 @@ fn includes_that_go_wrong_say_where() {
             "<include filename='broken.xml'/>",
             "broken.xml:2:8: this is not well-formed XML: expected 'shape' tag, not 'scene'",
         ),
-        (
-            "<include filename='latin.xml'/>",
-            "main.xml:2:22: latin.xml: line 2 is not UTF-8 text",
-        ),
+        ("<include filename='latin.xml'/>", "main.xml:2:22: latin.xml: line 2 is not UTF-8 text"),
         ("<include filename='.'/>", "main.xml:2:22: .: is not a file"),
         (
             "<include filename='d0.xml'/>",
             "d14.xml:2:22: files include each other more than 15 deep",
         ),
-        (
-            "<path value='nowhere'/>",
-            "main.xml:2:16: there is no folder `nowhere`",
-        ),
+        ("<path value='nowhere'/>", "main.xml:2:16: there is no folder `nowhere`"),
     ] {
         write(of, "main.xml", &scene(content));
         assert_eq!(error_of(of), expected, "{content}");
     }
     fs::remove_file(of.join("main.xml")).expect("is there");
-    assert_eq!(
-        error_of(of),
-        "main.xml: cannot be read: No such file or directory (os error 2)"
-    );
+    assert_eq!(error_of(of), "main.xml: cannot be read: No such file or directory (os error 2)");
 }
 
 /// Includes that multiply: 10 in each of 10 levels would be 10¹⁰ files.
@@ -259,23 +210,12 @@ fn include_bombs_are_defused() {
     let folder = tempfile::tempdir().expect("a folder");
     for i in 0..10 {
         let includes = format!("<include filename='{}.xml'/>", i + 1).repeat(10);
-        let name = if i == 0 {
-            "main.xml".to_owned()
-        } else {
-            format!("{i}.xml")
-        };
-        write(
-            folder.path(),
-            &name,
-            &format!("<scene version='3.0.0'>{includes}</scene>"),
-        );
+        let name = if i == 0 { "main.xml".to_owned() } else { format!("{i}.xml") };
+        write(folder.path(), &name, &format!("<scene version='3.0.0'>{includes}</scene>"));
     }
     write(folder.path(), "10.xml", "<scene version='3.0.0'/>");
     let error = error_of(folder.path());
-    assert!(
-        error.contains("more than 1000 files are included"),
-        "{error}"
-    );
+    assert!(error.contains("more than 1000 files are included"), "{error}");
 }
 
 /// A comment right before a file name tells where to get the file.

@@ -85,11 +85,8 @@ fn mutate(text: &str, random: &mut Random) -> String {
             _ => {
                 // Another word of the same file: names, types and values change places.
                 let from = random.below(chars.len());
-                let word: Vec<char> = chars[from..]
-                    .iter()
-                    .copied()
-                    .take(random.below(12))
-                    .collect();
+                let word: Vec<char> =
+                    chars[from..].iter().copied().take(random.below(12)).collect();
                 drop(chars.splice(at..end, word));
             }
         }
@@ -125,10 +122,7 @@ fn mutated_scenes_never_panic() {
         }
     }
     // Both sides must be exercised for this to mean something.
-    assert!(
-        loaded > 100 && refused > 1000,
-        "{loaded} loaded, {refused} refused"
-    );
+    assert!(loaded > 100 && refused > 1000, "{loaded} loaded, {refused} refused");
 }
 
 /// Files made to need time or stack; each is answered within seconds, even unoptimised and on a busy
@@ -138,20 +132,10 @@ fn hostile_scenes_are_answered_soon() {
     let scene = |content: &str| format!("<scene version=\"3.0.0\">{content}{SENSOR}</scene>");
     let n = 100_000;
     let numbered = |f: &dyn Fn(usize) -> String, n: usize| (0..n).map(f).collect::<String>();
-    let nested = format!(
-        "{}{}",
-        "<bsdf type=\"twosided\">".repeat(n),
-        "</bsdf>".repeat(n)
-    );
-    let chain = numbered(
-        &|i| {
-            format!(
-                "<bsdf type='twosided' id='b{i}'><ref id='b{}'/></bsdf>",
-                i + 1
-            )
-        },
-        n,
-    ) + &format!("<bsdf type='diffuse' id='b{n}'/>");
+    let nested = format!("{}{}", "<bsdf type=\"twosided\">".repeat(n), "</bsdf>".repeat(n));
+    let chain =
+        numbered(&|i| format!("<bsdf type='twosided' id='b{i}'><ref id='b{}'/></bsdf>", i + 1), n)
+            + &format!("<bsdf type='diffuse' id='b{n}'/>");
     let doubling = numbered(
         &|i| {
             format!(
@@ -161,23 +145,12 @@ fn hostile_scenes_are_answered_soon() {
         },
         60,
     ) + "<bsdf type='diffuse' id='b60'/><shape type='disk'><ref id='b0'/></shape>";
-    let defaults = numbered(
-        &|i| format!("<default name='a{}' value='$a{i}$a{i}'/>", i + 1),
-        60,
-    );
+    let defaults = numbered(&|i| format!("<default name='a{}' value='$a{i}$a{i}'/>", i + 1), 60);
     let entities = "<!DOCTYPE x [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]>";
     for (name, text, message) in [
         ("nested", scene(&nested), "nested more than 64 deep"),
-        (
-            "chain",
-            scene(&chain),
-            "inside bsdf `twosided` changes nothing",
-        ),
-        (
-            "doubling",
-            scene(&doubling),
-            "inside bsdf `twosided` changes nothing",
-        ),
+        ("chain", scene(&chain), "inside bsdf `twosided` changes nothing"),
+        ("doubling", scene(&doubling), "inside bsdf `twosided` changes nothing"),
         (
             "defaults",
             scene(&format!("<default name='a0' value='xxxxxxxx'/>{defaults}")),
@@ -206,15 +179,7 @@ fn hostile_scenes_are_answered_soon() {
     ] {
         let start = Instant::now();
         let error = load(&text).expect_err(name).to_string();
-        assert!(
-            error.contains(message),
-            "{name}: {}",
-            &error[..error.len().min(2000)]
-        );
-        assert!(
-            start.elapsed().as_secs() < 20,
-            "{name} took {:?}",
-            start.elapsed()
-        );
+        assert!(error.contains(message), "{name}: {}", &error[..error.len().min(2000)]);
+        assert!(start.elapsed().as_secs() < 20, "{name} took {:?}", start.elapsed());
     }
 }

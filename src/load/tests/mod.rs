@@ -20,7 +20,5 @@ fn load(text: &str) -> Result<Loaded, LoadError> {
 /// The description of a scene with this content and a sensor.
 fn description(content: &str) -> Description {
     let text = format!("<scene version=\"3.0.0\">{content}{SENSOR}</scene>");
-    load(&text)
-        .unwrap_or_else(|e| panic!("{text}\n{e}"))
-        .description
+    load(&text).unwrap_or_else(|e| panic!("{text}\n{e}")).description
 }
