@@ -88,6 +88,13 @@ impl Perspective {
         })
     }
 
+    /// The same view on a film of another `aspect` (width over height, finite and above 0): the field of
+    /// view across its width stays.
+    #[must_use]
+    pub fn with_aspect(self, aspect: f64) -> Self {
+        Self { up: self.up.normalize() * (self.left.length() / aspect), ..self }
+    }
+
     /// The ray through `film`, a position on the whole film: (0, 0) is its upper left corner, (1, 1)
     /// its lower right one.
     #[must_use]
@@ -131,6 +138,15 @@ mod tests {
             assert!(ray.direction.abs_diff_eq(through.normalize(), 1e-7), "{film}");
             assert_eq!((ray.t_min, ray.t_max), (f32::MIN_POSITIVE, f32::INFINITY));
         }
+    }
+
+    #[test]
+    fn another_aspect_keeps_the_width_of_the_view() {
+        let wide = Perspective::new(&settings()).expect("valid");
+        let square = Perspective::new(&PerspectiveSettings { aspect: 1.0, ..settings() });
+        let expected = square.expect("valid").ray(Vec2::ZERO).direction;
+        assert!(wide.with_aspect(1.0).ray(Vec2::ZERO).direction.abs_diff_eq(expected, 1e-7));
+        assert!(!wide.ray(Vec2::ZERO).direction.abs_diff_eq(expected, 1e-3));
     }
 
     #[test]

@@ -1,2 +1,17 @@
 //! The `telamon` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod cli;
+
+fn main() -> ExitCode {
+    match cli::CommandLine::parse().run() {
+        Ok(ending) => ending.into(),
+        Err(failure) => {
+            failure.show();
+            ExitCode::FAILURE
+        }
+    }
+}

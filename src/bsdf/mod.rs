@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use glam::{Vec2, Vec3};
 
-use crate::math::Rgb;
+use crate::math::{Rgb, type_word};
 
 pub mod conductor;
 pub mod dielectric;
@@ -42,6 +42,11 @@ pub trait Bsdf: Debug + Send + Sync {
     /// The fraction of light from `wi` that is scattered, as shown in an albedo layer; exact where a
     /// closed form exists.
     fn albedo(&self, wi: Vec3) -> Rgb;
+
+    /// Name of the material's type, for reports.
+    fn kind(&self) -> &'static str {
+        type_word::<Self>()
+    }
 }
 
 /// A direction that [`Bsdf::sample`] chose.

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use glam::{Vec2, Vec3};
 
-use crate::math::Rgb;
+use crate::math::{Rgb, type_word};
 use crate::ray::Ray;
 use crate::shape::SurfacePoint;
 
@@ -34,6 +34,11 @@ pub trait Emitter: Debug + Send + Sync {
     /// Emitted power in W, as luminance, in a scene that fits in a sphere of `scene_radius`. Guides the
     /// choice among emitters, so a rough value costs noise but no bias.
     fn power(&self, scene_radius: f64) -> f64;
+
+    /// Name of the emitter's type, for reports.
+    fn kind(&self) -> &'static str {
+        type_word::<Self>()
+    }
 }
 
 /// What a ray that left `from` sees of an emitter.

@@ -5,7 +5,11 @@ use glam::DVec3;
 use crate::math::Rgb;
 use crate::scene::settings::{AovKind, AovLayer, Crop, FilmSettings};
 
+pub mod exr;
 pub mod filter;
+pub mod output;
+pub mod picture;
+pub mod png;
 
 pub use filter::FilterSampler;
 

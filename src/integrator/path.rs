@@ -97,50 +97,6 @@ impl Path {
     }
 }
 
-/// A path on its way: its last edge, and what it carries along it.
-struct Walk<'a> {
-    ray: Ray,
-    edge: LastEdge,
-    /// Edges so far.
-    edges: u32,
-    throughput: Rgb,
-    /// Product of the relative indices that the path was refracted by.
-    eta: f32,
-    /// What the last edge met.
-    vertex: Option<Vertex<'a>>,
-}
-
-impl Path {
-    /// The path with one more edge, unless it is absorbed or ends by chance.
-    fn extend<'a>(
-        &self,
-        tracer: &mut Tracer<'a>,
-        walk: &Walk<'a>,
-        vertex: &Vertex<'a>,
-        shading: &Shading<'a>,
-        sampler: &mut PathSampler<'_>,
-    ) -> Option<Walk<'a>> {
-        let s = &self.settings;
-        let sample = s.directions.sample(shading.bsdf(), shading.wi, sampler.next_2d())?;
-        let direction = shading.to_world(sample.wo);
-        if !shading.sides_agree(sample.wo, direction) {
-            return None;
-        }
-        let throughput = walk.throughput * sample.weight;
-        let eta = walk.eta * sample.eta;
-        let factor = s.roulette.play(walk.edges, throughput * (eta * eta), || sampler.next_1d())?;
-        let edge = if sample.delta {
-            LastEdge::Forced
-        } else {
-            LastEdge::Chosen { from: vertex.surface.position, pdf: sample.pdf }
-        };
-        let ray = vertex.surface.spawn(direction);
-        let edges = walk.edges + 1;
-        let vertex = tracer.closest_vertex(&ray);
-        Some(Walk { ray, edge, edges, throughput: throughput * factor, eta, vertex })
-    }
-}
-
 impl Integrator for Path {
     fn estimate(
         &self,
@@ -150,35 +106,56 @@ impl Integrator for Path {
     ) -> Estimate {
         let s = &self.settings;
         let mut ray = *ray;
-        let (vertex, alpha) = tracer.camera_vertex(&mut ray, s.hide_emitters);
-        let (edge, throughput) = (LastEdge::Forced, Rgb::ONE);
-        let mut walk = Walk { ray, edge, edges: 1, throughput, eta: 1.0, vertex };
-        let mut radiance = Rgb::ZERO;
-        loop {
+        let mut throughput = Rgb::ONE;
+        // Product of the relative indices that the path was refracted by.
+        let mut eta = 1.0;
+        let mut edge = LastEdge::Forced;
+
+        let (mut vertex, alpha) = tracer.camera_vertex(&mut ray, s.hide_emitters);
+        let mut estimate = Estimate { radiance: Rgb::ZERO, alpha };
+        for edges in 1.. {
             // Light that is seen at the end of the last edge.
-            if walk.edges > 1 || !s.hide_emitters {
-                let emitted = self.emitted(tracer, &walk.ray, walk.vertex.as_ref(), walk.edge);
-                radiance += walk.throughput * emitted;
+            if edges > 1 || !s.hide_emitters {
+                estimate.radiance += throughput * self.emitted(tracer, &ray, vertex.as_ref(), edge);
             }
-            let Some(vertex) = walk.vertex else { break };
-            if s.max_depth.is_some_and(|max| walk.edges >= max) {
+            let Some(here) = &vertex else { break };
+            if s.max_depth.is_some_and(|max| edges >= max) {
                 break;
             }
-            let shading = Shading::new(&vertex, &walk.ray);
+            let shading = Shading::new(here, &ray);
 
-            // The edge on which the path goes on. It is traced before the shadow ray, so that its surface
-            // comes from memory while that one is under way.
-            let next = self.extend(tracer, &walk, &vertex, &shading, sampler);
+            // One more edge straight to an emitter.
+            if s.strategy != Strategy::Bsdf && !here.bsdf.is_delta() {
+                estimate.radiance += throughput * self.next_event(tracer, here, &shading, sampler);
+            }
 
-            // Another edge straight to an emitter.
-            if s.strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
-                radiance += walk.throughput * self.next_event(tracer, &vertex, &shading, sampler);
+            // The direction in which the path goes on.
+            let u = sampler.next_2d();
+            let Some(sample) = s.directions.sample(shading.bsdf(), shading.wi, u) else {
+                break;
+            };
+            let direction = shading.to_world(sample.wo);
+            if !shading.sides_agree(sample.wo, direction) {
+                break;
             }
-            match next {
-                Some(next) => walk = next,
-                None => break,
-            }
+            throughput *= sample.weight;
+            eta *= sample.eta;
+            edge = if sample.delta {
+                LastEdge::Forced
+            } else {
+                LastEdge::Chosen { from: here.surface.position, pdf: sample.pdf }
+            };
+            ray = here.surface.spawn(direction);
+
+            // Whether it goes on.
+            let Some(factor) =
+                s.roulette.play(edges, throughput * (eta * eta), || sampler.next_1d())
+            else {
+                break;
+            };
+            throughput *= factor;
+            vertex = tracer.closest_vertex(&ray);
         }
-        Estimate { radiance, alpha }
+        estimate
     }
 }

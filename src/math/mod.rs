@@ -12,6 +12,13 @@ pub use frame::Frame;
 /// Linear sRGB: radiance in W·m⁻²·sr⁻¹ per channel, or a unitless reflectance.
 pub type Rgb = glam::Vec3;
 
+/// The last word of a type's name, for reports: `Diffuse`.
+#[must_use]
+pub(crate) fn type_word<T: ?Sized>() -> &'static str {
+    let path = std::any::type_name::<T>();
+    path.rsplit("::").next().unwrap_or(path)
+}
+
 /// Luminance of linear sRGB (Rec. 709 primaries, D65), in the unit of the input.
 #[must_use]
 pub fn luminance(rgb: Rgb) -> f32 {

@@ -8,7 +8,11 @@ use crate::emitter::{Emitter, Sight};
 use crate::math::{Aabb, Rgb};
 use crate::shape::Shape;
 
+pub mod requirements;
+pub mod resize;
 pub mod settings;
+
+pub use requirements::Requirements;
 
 /// All that a render needs to know.
 #[derive(Debug)]
@@ -139,5 +143,47 @@ impl Scene {
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.bounds.and_then(|b| b.bounding_sphere()).map_or(1.0, |(_, r)| f64::from(r))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use glam::{DAffine3, Vec2};
+
+    use super::settings::{
+        ComponentFormat, Crop, FilmSettings, Filter, IntegratorSettings, PathSettings, SamplerKind,
+        SamplerSettings,
+    };
+    use super::*;
+    use crate::camera::PerspectiveSettings;
+
+    /// An empty scene with default settings.
+    pub(crate) fn description() -> Description {
+        let camera = Perspective::new(&PerspectiveSettings {
+            to_world: DAffine3::IDENTITY,
+            fov_x_deg: 45.0,
+            aspect: 1.0,
+            principal_point_offset: Vec2::ZERO,
+            near_clip: 0.0,
+            far_clip: f32::INFINITY,
+        });
+        Description {
+            scene: Scene::default(),
+            camera: camera.expect("valid"),
+            film: FilmSettings {
+                width: 8,
+                height: 8,
+                crop: Crop { x: 0, y: 0, width: 8, height: 8 },
+                filter: Filter::Box,
+                alpha: false,
+                component: ComponentFormat::Half,
+            },
+            sampler: SamplerSettings {
+                kind: SamplerKind::Independent,
+                samples_per_pixel: 1,
+                seed: 0,
+            },
+            integrator: IntegratorSettings::Path(PathSettings::default()),
+        }
     }
 }

@@ -202,6 +202,10 @@ impl Shape for TriangleMesh {
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.uvs.as_slice())
     }
+
+    fn has_vertex_normals(&self) -> bool {
+        !self.normals.is_empty()
+    }
 }
 
 /// Why a triangle is dropped.

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use glam::{Vec2, Vec3, Vec3A};
 
-use crate::math::{Aabb, Frame};
+use crate::math::{Aabb, Frame, type_word};
 use crate::ray::{Hit, Ray};
 
 pub mod disk;
@@ -69,6 +69,16 @@ pub trait Shape: Debug + Send + Sync {
 
     /// Bytes held by the shape's buffers.
     fn bytes(&self) -> usize;
+
+    /// Whether shading normals are interpolated between vertices.
+    fn has_vertex_normals(&self) -> bool {
+        false
+    }
+
+    /// Name of the shape's type, for reports.
+    fn kind(&self) -> &'static str {
+        type_word::<Self>()
+    }
 }
 
 /// A point on a surface.

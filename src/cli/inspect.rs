@@ -1,0 +1,200 @@
+//! `telamon inspect`.
+
+use std::time::Instant;
+
+use clap::Args;
+use telamon::intersect;
+use telamon::scene::settings::{
+    ComponentFormat, FilmSettings, Filter, IntegratorSettings, SamplerKind, Strategy,
+};
+use telamon::scene::{Description, Requirements, Scene};
+use telamon::shape::{Geometry, Shape};
+
+use super::message::Failure;
+use super::table::{bytes, table};
+use super::{Input, print};
+
+/// Rows of a list; a scene of ten thousand shapes is summed up.
+const LONGEST_LIST: usize = 30;
+
+/// Show what is in a scene, and what a render of it will model and skip
+#[derive(Args, Debug)]
+#[command(after_help = "Example: telamon inspect scene.xml")]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    input: Input,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let description = self.input.load()?.description;
+        let start = Instant::now();
+        let engine = intersect::build(self.input.backend, &description.scene.shapes())?;
+        let built = format!(
+            "{}, {} beside the shapes' own memory, built in {:.2} s",
+            engine.name(),
+            bytes(engine.bytes()),
+            start.elapsed().as_secs_f64()
+        );
+        let text = [
+            overview(&description, &built),
+            list("Shapes", &shapes(&description.scene), &[2, 3]),
+            list("Materials", &materials(&description.scene), &[2]),
+            list("Emitters", &emitters(&description.scene), &[2]),
+            requirements(&Requirements::of(&description)),
+        ];
+        print(text.concat().as_bytes())
+    }
+}
+
+/// One line for each part.
+fn overview(description: &Description, built: &str) -> String {
+    let Description { scene, film, sampler, integrator, .. } = description;
+    let objects = scene.objects();
+    let triangles: usize = objects.iter().map(|o| triangles(o.shape.as_ref())).sum();
+    let memory: usize = objects.iter().map(|o| o.shape.bytes()).sum();
+    let SamplerKind::Independent = sampler.kind;
+    let bounds = scene.bounds().map_or("nothing to be seen".to_owned(), |b| {
+        format!(
+            "({}, {}, {}) to ({}, {}, {})",
+            b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
+        )
+    });
+    let shapes = format!("{} with {triangles} triangles, {}", objects.len(), bytes(memory));
+    let samples = format!(
+        "independent, {} samples per pixel, seed {}",
+        sampler.samples_per_pixel, sampler.seed
+    );
+    let rows = [
+        ("shapes", shapes),
+        ("bounds", bounds),
+        ("engine", built.to_owned()),
+        ("camera", "perspective".to_owned()),
+        ("film", describe_film(film)),
+        ("sampler", samples),
+        ("integrator", describe_integrator(integrator)),
+    ];
+    table(&rows.map(|(name, text)| vec![name.to_owned(), text]), &[])
+}
+
+fn describe_film(film: &FilmSettings) -> String {
+    let crop = film.crop;
+    let part = if (crop.width, crop.height) == (film.width, film.height) {
+        String::new()
+    } else {
+        format!(", cropped to {}x{} at {},{}", crop.width, crop.height, crop.x, crop.y)
+    };
+    let filter = match film.filter {
+        Filter::Box => "box filter".to_owned(),
+        Filter::Tent { radius } => format!("tent filter of radius {radius}"),
+        Filter::Gaussian { stddev } => format!("Gaussian filter of standard deviation {stddev}"),
+    };
+    let component = match film.component {
+        ComponentFormat::Half => "half floats",
+        ComponentFormat::Float => "32-bit floats",
+    };
+    let alpha = if film.alpha { "RGBA" } else { "RGB" };
+    format!("{}x{} pixels{part}, {filter}, {alpha} in {component}", film.width, film.height)
+}
+
+fn describe_integrator(integrator: &IntegratorSettings) -> String {
+    let edges = |limit: Option<u32>| match limit {
+        Some(edges) => format!("paths of at most {edges} edges"),
+        None => "paths of any length".to_owned(),
+    };
+    match integrator {
+        IntegratorSettings::Path(path) => {
+            let light = match path.strategy {
+                Strategy::Bsdf => "light found by scattering",
+                Strategy::Emitter => "light found by shadow rays",
+                Strategy::Mis(_) => "light found by both scattering and shadow rays",
+            };
+            format!("path, {}, {light}", edges(path.max_depth))
+        }
+        IntegratorSettings::DirectUniform { .. } => "direct light by uniform directions".to_owned(),
+        IntegratorSettings::Branching { branches, max_depth, .. } => {
+            format!("branching, {branches} rays at each bounce, {}", edges(Some(*max_depth)))
+        }
+        IntegratorSettings::AmbientOcclusion { ray_length } => {
+            format!("ambient occlusion within {ray_length}")
+        }
+        IntegratorSettings::Aov { layers, picture } => {
+            let beside = picture.as_deref().map(|p| format!(" beside {}", describe_integrator(p)));
+            format!("{} layers{}", layers.len(), beside.unwrap_or_default())
+        }
+    }
+}
+
+fn triangles(shape: &dyn Shape) -> usize {
+    match shape.geometry() {
+        Geometry::Triangles { triangles, .. } => triangles.len(),
+        Geometry::Analytic(_) => 0,
+    }
+}
+
+/// A heading and rows; nothing where there are none.
+fn list(heading: &str, rows: &[Vec<String>], right: &[usize]) -> String {
+    let Some((titles, entries)) = rows.split_first().filter(|(_, entries)| !entries.is_empty())
+    else {
+        return String::new();
+    };
+    let shown: Vec<_> =
+        std::iter::once(titles).chain(entries.iter().take(LONGEST_LIST)).cloned().collect();
+    let more = match entries.len().saturating_sub(LONGEST_LIST) {
+        0 => String::new(),
+        hidden => format!("  and {hidden} more\n"),
+    };
+    format!("\n{heading}\n{}{more}", table(&shown, right))
+}
+
+fn titles(titles: &[&str]) -> Vec<String> {
+    titles.iter().map(|t| (*t).to_owned()).collect()
+}
+
+fn shapes(scene: &Scene) -> Vec<Vec<String>> {
+    let rows = scene.objects().iter().enumerate().map(|(index, object)| {
+        let emitter = object.emitter.map(|i| format!(", emitter {i}"));
+        vec![
+            named(index, &object.name),
+            object.shape.kind().to_owned(),
+            triangles(object.shape.as_ref()).to_string(),
+            bytes(object.shape.bytes()),
+            format!("material {}{}", object.bsdf, emitter.unwrap_or_default()),
+        ]
+    });
+    let head = titles(&["shape", "kind", "triangles", "memory", "made of"]);
+    std::iter::once(head).chain(rows).collect()
+}
+
+fn materials(scene: &Scene) -> Vec<Vec<String>> {
+    let mut users = vec![0_usize; scene.bsdfs().len()];
+    scene.objects().iter().for_each(|o| users[o.bsdf] += 1);
+    let rows = scene.bsdfs().iter().zip(users).enumerate().map(|(index, (bsdf, users))| {
+        vec![index.to_string(), bsdf.kind().to_owned(), users.to_string()]
+    });
+    std::iter::once(titles(&["material", "kind", "shapes"])).chain(rows).collect()
+}
+
+fn emitters(scene: &Scene) -> Vec<Vec<String>> {
+    let radius = scene.radius();
+    let rows = scene.emitters().iter().enumerate().map(|(index, emitter)| {
+        let power = format!("{:.4} W", emitter.power(radius));
+        vec![index.to_string(), emitter.kind().to_owned(), power]
+    });
+    std::iter::once(titles(&["emitter", "kind", "power"])).chain(rows).collect()
+}
+
+/// An index, with the name that the scene file gives, if any.
+fn named(index: usize, name: &str) -> String {
+    if name.is_empty() { index.to_string() } else { format!("{index} {name}") }
+}
+
+fn requirements(requirements: &Requirements) -> String {
+    let part = |heading: &str, modelled: bool| {
+        let decisions = requirements.decisions().iter().filter(|d| d.modelled == modelled);
+        let rows: Vec<_> =
+            decisions.map(|d| vec![d.feature.to_string(), d.reason.clone()]).collect();
+        format!("\n{heading}\n{}", table(&rows, &[]))
+    };
+    part("The render will model", true) + &part("The render will skip", false)
+}

@@ -1,0 +1,137 @@
+//! The command line: one file a subcommand, and what they share. Bad usage ends with exit code 2, a
+//! failure with 1, a render that was interrupted with 130.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use telamon::intersect::Backend;
+use telamon::load::{LoadOptions, Loaded, load_scene};
+
+mod completions;
+mod inspect;
+mod interrupt;
+mod man;
+mod message;
+mod progress;
+mod render;
+mod table;
+mod values;
+
+use message::Failure;
+
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("TELAMON_EMBREE"), ")");
+
+/// A path tracer for large meshes: renders Mitsuba 3 scene files to OpenEXR and PNG.
+#[derive(Debug, Parser)]
+#[command(
+    name = "telamon",
+    version = VERSION,
+    arg_required_else_help = true,
+    after_help = "Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64"
+)]
+pub(crate) struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::Arguments),
+    Inspect(inspect::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
+}
+
+/// How a command that did not fail ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ending {
+    Done,
+    /// By Ctrl-C, with what there was written.
+    Interrupted,
+}
+
+impl From<Ending> for ExitCode {
+    fn from(ending: Ending) -> Self {
+        match ending {
+            Ending::Done => Self::SUCCESS,
+            Ending::Interrupted => Self::from(interrupt::EXIT_CODE),
+        }
+    }
+}
+
+impl CommandLine {
+    pub(crate) fn run(self) -> Result<Ending, Failure> {
+        match self.command {
+            Command::Render(arguments) => arguments.run(),
+            Command::Inspect(arguments) => arguments.run().map(|()| Ending::Done),
+            Command::Completions(arguments) => arguments.run().map(|()| Ending::Done),
+            Command::Man(arguments) => arguments.run().map(|()| Ending::Done),
+        }
+    }
+}
+
+/// What every command that reads a scene asks for.
+#[derive(Args, Debug)]
+struct Input {
+    /// Scene file in Mitsuba 3's XML format
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+
+    /// Replace $NAME in the scene file, in place of its <default>; may be repeated
+    #[arg(
+        short = 'D',
+        long = "define",
+        value_name = "NAME=VALUE",
+        value_parser = values::define,
+        help_heading = "Input"
+    )]
+    defines: Vec<(String, String)>,
+
+    /// Engine that answers ray queries
+    #[arg(
+        long,
+        value_name = "ENGINE",
+        default_value_t = Backend::default(),
+        value_parser = backends(),
+        help_heading = "Input"
+    )]
+    backend: Backend,
+}
+
+impl Input {
+    /// Loads the scene and shows the loader's warnings.
+    fn load(&self) -> Result<Loaded, Failure> {
+        let options = LoadOptions { defines: self.defines.clone() };
+        let loaded = load_scene(&self.scene, &options).map_err(|e| Failure::of_scene(&e))?;
+        message::warn_of_scene(&loaded.warnings);
+        Ok(loaded)
+    }
+}
+
+/// The engines that this build contains, for the help and for completions as well.
+fn backends() -> impl TypedValueParser<Value = Backend> {
+    let names = Backend::AVAILABLE.iter().map(|b| b.name());
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Backend>())
+}
+
+/// Writes to standard output. That nobody reads on (`telamon man | head -1`) is no failure.
+fn print(bytes: &[u8]) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn definitions_do_not_contradict_each_other() {
+        super::CommandLine::command().debug_assert();
+    }
+}

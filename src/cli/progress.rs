@@ -1,0 +1,55 @@
+//! The progress bar.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use telamon::render::Progress;
+
+/// Shows how far a render has come, if standard error is a terminal.
+#[derive(Debug)]
+pub(super) struct Bar(ProgressBar);
+
+impl Bar {
+    pub(super) fn new(quiet: bool) -> Self {
+        if quiet {
+            return Self(ProgressBar::hidden());
+        }
+        // Indicatif itself draws on standard error, a few times a second, and only on a terminal.
+        let bar = ProgressBar::no_length();
+        let template = "{wide_bar} {percent:>3} %  {eta} left  {msg}";
+        bar.set_style(ProgressStyle::with_template(template).expect("a valid template"));
+        Self(bar)
+    }
+
+    pub(super) fn update(&self, progress: Progress) {
+        let elapsed = self.0.elapsed();
+        self.0.set_length(progress.samples_total);
+        self.0.set_position(progress.samples_done);
+        self.0.set_message(format!(
+            "{} Msamples/s, {} Mrays/s",
+            millions_per_second(progress.samples_done, elapsed),
+            millions_per_second(progress.rays, elapsed)
+        ));
+    }
+
+    pub(super) fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// `count` per second of `elapsed`, in millions.
+pub(super) fn millions_per_second(count: u64, elapsed: Duration) -> String {
+    let seconds = elapsed.as_secs_f64().max(1e-9);
+    format!("{:.2}", count as f64 / seconds * 1e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_in_millions() {
+        assert_eq!(millions_per_second(3_000_000, Duration::from_secs(2)), "1.50");
+        assert_eq!(millions_per_second(0, Duration::ZERO), "0.00");
+    }
+}

@@ -1,0 +1,265 @@
+//! `telamon render`.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use telamon::film::exr::{Metadata, write_exr};
+use telamon::film::output::{FileFormat, OutputError, check_writable};
+use telamon::film::picture::Picture;
+use telamon::film::png::write_png;
+use telamon::intersect;
+use telamon::render::{Statistics, render};
+use telamon::scene::Description;
+use telamon::scene::settings::{Crop, IntegratorSettings};
+
+use super::message::{Failure, say, warn};
+use super::progress::{Bar, millions_per_second};
+use super::values::{self, Output, Size};
+use super::{Ending, Input, interrupt};
+
+/// Render a scene to picture files
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Ctrl-C stops the render and writes what is there; twice, it ends at once.\n\n\
+                  Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64"
+)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    input: Input,
+
+    /// Picture to write, .exr or .png; may be repeated [default: SCENE's name with .exr, in the
+    /// current folder]
+    #[arg(
+        short,
+        long = "output",
+        value_name = "FILE",
+        value_parser = values::output,
+        help_heading = "Output"
+    )]
+    outputs: Vec<Output>,
+
+    /// Brighten PNG files by this many powers of 2
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value = "0",
+        allow_hyphen_values = true,
+        value_parser = values::stops,
+        help_heading = "Output"
+    )]
+    exposure: f32,
+
+    /// Say nothing but warnings and errors
+    #[arg(short, long, help_heading = "Output")]
+    quiet: bool,
+
+    /// Columns and rows of the whole picture; a crop scales with it, and the field of view across
+    /// the width stays [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
+    size: Option<Size>,
+
+    /// Render only this part: first column and row, columns and rows [default: the scene's]
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Picture")]
+    crop: Option<Crop>,
+
+    /// Samples per pixel [default: the scene's]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..),
+        help_heading = "Sampling"
+    )]
+    spp: Option<u32>,
+
+    /// Seed of the random numbers [default: the scene's]
+    #[arg(long, value_name = "N", help_heading = "Sampling")]
+    seed: Option<u64>,
+
+    /// Threads; the picture does not depend on it [default: one for each processor]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=1024),
+        help_heading = "Sampling"
+    )]
+    threads: Option<u16>,
+}
+
+/// A finished render, with what its files need to know.
+struct Finished {
+    picture: Picture,
+    metadata: Metadata,
+    statistics: Statistics,
+    /// Samples per pixel that were asked for.
+    asked: u32,
+    threads: usize,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<Ending, Failure> {
+        let outputs = self.outputs();
+        // All that can be known before an hour of rendering is said before.
+        Failure::all(outputs.iter().filter_map(|o| check_writable(&o.path).err()).map(Into::into))
+            .map_or(Ok(()), Err)?;
+        if self.exposure != 0.0 && outputs.iter().all(|o| o.format != FileFormat::Png) {
+            warn("`--exposure` changes nothing: it is for PNG files, and none is asked for");
+        }
+        // 0 stands for one thread a processor.
+        let threads = usize::from(self.threads.unwrap_or(0));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let finished = pool.install(|| self.load_and_render(&outputs))?;
+        self.conclude(&finished, &outputs)
+    }
+
+    fn outputs(&self) -> Vec<Output> {
+        if !self.outputs.is_empty() {
+            return self.outputs.clone();
+        }
+        let name = self.input.scene.file_stem().unwrap_or("picture".as_ref());
+        let path = Path::new(name).as_os_str().to_owned();
+        vec![Output { path: with_exr(path), format: FileFormat::Exr }]
+    }
+
+    fn load_and_render(&self, outputs: &[Output]) -> Result<Finished, Failure> {
+        let start = Instant::now();
+        let mut description = self.input.load()?.description;
+        self.adjust(&mut description)?;
+        check_formats(&description, outputs)?;
+        let load = start.elapsed();
+
+        let start = Instant::now();
+        let engine = intersect::build(self.input.backend, &description.scene.shapes())?;
+        let build = start.elapsed();
+
+        let cancel = interrupt::watch()?;
+        let bar = Bar::new(self.quiet);
+        let (film, statistics) =
+            render(&description, engine.as_ref(), &|progress| bar.update(progress), &cancel);
+        bar.finish();
+        let metadata = Metadata {
+            scene: self.input.scene.display().to_string(),
+            seed: description.sampler.seed,
+            samples_per_pixel: statistics.samples_per_pixel,
+            load,
+            build,
+            render: statistics.elapsed,
+            backend: engine.name(),
+        };
+        Ok(Finished {
+            picture: Picture::from_film(&film),
+            metadata,
+            statistics,
+            asked: description.sampler.samples_per_pixel,
+            threads: rayon::current_num_threads(),
+        })
+    }
+
+    /// Puts options in the place of the scene's own settings.
+    fn adjust(&self, description: &mut Description) -> Result<(), Failure> {
+        if let Some(Size { width, height }) = self.size {
+            description.resize(width, height)?;
+        }
+        if let Some(crop) = self.crop {
+            description.crop_to(crop)?;
+        }
+        let sampler = &mut description.sampler;
+        sampler.samples_per_pixel = self.spp.unwrap_or(sampler.samples_per_pixel);
+        sampler.seed = self.seed.unwrap_or(sampler.seed);
+        Ok(())
+    }
+
+    /// Writes the files and says what was done.
+    fn conclude(&self, finished: &Finished, outputs: &[Output]) -> Result<Ending, Failure> {
+        let Finished { statistics, asked, .. } = finished;
+        if statistics.samples == 0 {
+            warn("interrupted before the first sample; nothing is written");
+            return Ok(Ending::Interrupted);
+        }
+        warn_of(statistics, finished.metadata.seed);
+        let results: Vec<_> = outputs.iter().map(|o| self.write(o, finished)).collect();
+        Failure::all(results.into_iter().filter_map(Result::err)).map_or(Ok(()), Err)?;
+
+        let names: Vec<_> = outputs.iter().map(|o| o.path.display().to_string()).collect();
+        let names = names.join(" and ");
+        let interrupted = statistics.samples_per_pixel.0 < *asked;
+        if interrupted {
+            let samples = samples_per_pixel(statistics.samples_per_pixel);
+            warn(format!("interrupted: {samples} of {asked} samples per pixel are in {names}"));
+        }
+        if !self.quiet {
+            say(&finished.summary(&names));
+        }
+        Ok(if interrupted { Ending::Interrupted } else { Ending::Done })
+    }
+
+    fn write(&self, output: &Output, finished: &Finished) -> Result<(), Failure> {
+        let Output { path, format } = output;
+        let report = match format {
+            FileFormat::Exr => write_exr(path, &finished.picture, &finished.metadata)?,
+            FileFormat::Png => write_png(path, &finished.picture, self.exposure)?,
+        };
+        if !report.is_clean() {
+            warn(format!("{}: {report}", path.display()));
+        }
+        Ok(())
+    }
+}
+
+impl Finished {
+    /// One line on what was done, and how fast.
+    fn summary(&self, names: &str) -> String {
+        let Self { metadata, statistics, threads, .. } = self;
+        let seconds = |d: Duration| format!("{:.2} s", d.as_secs_f64());
+        format!(
+            "{names}: {} samples per pixel with {} on {}; load {}, build {}, render {}; {} Mpaths/s, {} \
+             Mrays/s",
+            samples_per_pixel(statistics.samples_per_pixel),
+            metadata.backend,
+            if *threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") },
+            seconds(metadata.load),
+            seconds(metadata.build),
+            seconds(metadata.render),
+            millions_per_second(statistics.samples, statistics.elapsed),
+            millions_per_second(statistics.rays.total(), statistics.elapsed),
+        )
+    }
+}
+
+/// Appended, and not set as the extension: a scene `box.v2.xml` makes `box.v2.exr`.
+fn with_exr(mut name: std::ffi::OsString) -> PathBuf {
+    name.push(".exr");
+    name.into()
+}
+
+/// Refuses PNG files of a scene that makes layers only.
+fn check_formats(description: &Description, outputs: &[Output]) -> Result<(), OutputError> {
+    let layers_only =
+        matches!(description.integrator, IntegratorSettings::Aov { picture: None, .. });
+    match outputs.iter().find(|o| layers_only && o.format == FileFormat::Png) {
+        Some(output) => Err(OutputError::NoColors(output.path.clone())),
+        None => Ok(()),
+    }
+}
+
+/// `"4"`, or `"3 to 4"`.
+fn samples_per_pixel((least, most): (u32, u32)) -> String {
+    if least == most { least.to_string() } else { format!("{least} to {most}") }
+}
+
+/// Numbers that should be 0.
+fn warn_of(statistics: &Statistics, seed: u64) {
+    if let Some(first) = statistics.non_finite_examples.first() {
+        warn(format!(
+            "samples that were not finite and are left out: {}; the first is sample {} of the pixel \
+             in column {} and row {}, with seed {seed}",
+            statistics.non_finite, first.sample, first.x, first.y
+        ));
+    }
+    if statistics.rays.untraceable > 0 {
+        warn(format!(
+            "rays that left the range of 32-bit floats and so hit nothing: {}",
+            statistics.rays.untraceable
+        ));
+    }
+}

@@ -1,0 +1,84 @@
+//! Values of options, from text. Errors are fragments: clap puts the option's name before them.
+
+use std::path::PathBuf;
+
+use telamon::film::output::{FileFormat, OutputError};
+use telamon::scene::settings::Crop;
+
+/// A picture file that is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Output {
+    pub(super) path: PathBuf,
+    pub(super) format: FileFormat,
+}
+
+/// Columns and rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Size {
+    pub(super) width: u32,
+    pub(super) height: u32,
+}
+
+pub(super) fn output(text: &str) -> Result<Output, OutputError> {
+    let path = PathBuf::from(text);
+    FileFormat::of(&path).map(|format| Output { path, format })
+}
+
+pub(super) fn size(text: &str) -> Result<Size, String> {
+    match numbers(text, 'x').as_deref() {
+        Some(&[width, height]) if width > 0 && height > 0 => Ok(Size { width, height }),
+        _ => Err("expected columns and rows, such as 640x480".to_owned()),
+    }
+}
+
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
+    match numbers(text, ',').as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),
+        _ => Err("expected first column and row, columns and rows, such as 0,0,64,64".to_owned()),
+    }
+}
+
+pub(super) fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err("expected a name, an equals sign and a value, such as spp=16".to_owned()),
+    }
+}
+
+pub(super) fn stops(text: &str) -> Result<f32, String> {
+    // Beyond ±149 every power of 2 leaves the range of f32.
+    match text.parse() {
+        Ok(stops) if (-149.0..=127.0).contains(&stops) => Ok(stops),
+        _ => Err("expected a number from -149 to 127".to_owned()),
+    }
+}
+
+fn numbers(text: &str, separator: char) -> Option<Vec<u32>> {
+    text.split(separator).map(|part| part.parse().ok()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_what_they_say() {
+        assert_eq!(size("640x480"), Ok(Size { width: 640, height: 480 }));
+        for bad in
+            ["", "640", "640x", "x480", "0x1", "1x0", "1x1x1", "-1x1", "1.5x1", "4294967296x1"]
+        {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(crop("1,2,3,4"), Ok(Crop { x: 1, y: 2, width: 3, height: 4 }));
+        for bad in ["", "1,2,3", "1,2,3,0", "1,2,0,4", "-1,2,3,4", "1,2,3,4,5"] {
+            assert!(crop(bad).is_err(), "{bad}");
+        }
+        assert_eq!(define("a=b=c"), Ok(("a".to_owned(), "b=c".to_owned())));
+        assert_eq!(define("a="), Ok(("a".to_owned(), String::new())));
+        assert!(define("=b").is_err() && define("a").is_err());
+        assert_eq!(stops("-1.5"), Ok(-1.5));
+        for bad in ["", "x", "NaN", "inf", "128"] {
+            assert!(stops(bad).is_err(), "{bad}");
+        }
+    }
+}

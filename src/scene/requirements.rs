@@ -1,0 +1,386 @@
+//! What a scene requires of the renderer, and what it does not, so that no time is spent on it.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::settings::{
+    AovKind, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
+};
+use super::{Description, Scene};
+use crate::shape::Geometry;
+
+/// For each feature whether a render of a [`Description`] models it, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Requirements {
+    decisions: Vec<Decision>,
+}
+
+/// One feature.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// What it is about.
+    pub feature: Feature,
+    /// Whether the render models it, or skips it.
+    pub modelled: bool,
+    /// Why: a fragment.
+    pub reason: String,
+}
+
+/// Something that costs time or memory, and that not every scene needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Feature {
+    /// Motion within the shutter.
+    Time,
+    /// A lens that is no pinhole.
+    Lens,
+    /// Materials that vary over a surface.
+    Textures,
+    /// Shading normals that are interpolated between vertices.
+    VertexNormals,
+    /// Texture coordinates of hits.
+    TextureCoordinates,
+    /// Light from outside of the scene.
+    EnvironmentLight,
+    /// Shadow rays to emitters.
+    NextEventEstimation,
+    /// Weights between shadow rays and scattered rays.
+    MultipleImportanceSampling,
+    /// Paths that end by chance.
+    RussianRoulette,
+    /// Camera rays that pass through emitters.
+    HiddenEmitters,
+    /// An alpha channel.
+    Alpha,
+    /// Layers beside the picture.
+    Layers,
+    /// An estimate of each pixel's error.
+    Variance,
+}
+
+impl Display for Feature {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Time => "time",
+            Self::Lens => "lens",
+            Self::Textures => "textures",
+            Self::VertexNormals => "vertex normals",
+            Self::TextureCoordinates => "texture coordinates",
+            Self::EnvironmentLight => "environment light",
+            Self::NextEventEstimation => "next-event estimation",
+            Self::MultipleImportanceSampling => "multiple importance sampling",
+            Self::RussianRoulette => "Russian roulette",
+            Self::HiddenEmitters => "hidden emitters",
+            Self::Alpha => "alpha",
+            Self::Layers => "layers",
+            Self::Variance => "variance",
+        })
+    }
+}
+
+/// The reason for a decision: `Ok` to model, `Err` to skip.
+type Reason = Result<String, String>;
+
+impl Requirements {
+    /// What a render of `description` requires.
+    #[must_use]
+    pub fn of(description: &Description) -> Self {
+        let Description { scene, film, integrator, .. } = description;
+        let skipped = |reason: &str| Err(reason.to_owned());
+        let next_event = next_event_estimation(integrator, scene);
+        let importance = importance(integrator, &next_event);
+        let alpha = if film.alpha {
+            Ok("the film has an alpha channel".to_owned())
+        } else {
+            skipped("the film has no alpha channel")
+        };
+        let decisions = [
+            (Feature::Time, skipped("nothing moves while the shutter is open")),
+            (Feature::Lens, skipped("the camera is a pinhole")),
+            (Feature::Textures, skipped("no material has a texture")),
+            (Feature::VertexNormals, vertex_normals(scene)),
+            (Feature::TextureCoordinates, texture_coordinates(integrator)),
+            (Feature::EnvironmentLight, environment_light(scene)),
+            (Feature::NextEventEstimation, next_event),
+            (Feature::MultipleImportanceSampling, importance),
+            (Feature::RussianRoulette, roulette(integrator)),
+            (Feature::HiddenEmitters, hidden_emitters(integrator)),
+            (Feature::Alpha, alpha),
+            (Feature::Layers, layers(integrator)),
+            (Feature::Variance, skipped("nothing asks for an estimate of the error")),
+        ];
+        let decide = |(feature, reason): (Feature, Reason)| Decision {
+            feature,
+            modelled: reason.is_ok(),
+            reason: reason.unwrap_or_else(|why| why),
+        };
+        Self { decisions: decisions.into_iter().map(decide).collect() }
+    }
+
+    /// All features, modelled or not.
+    #[must_use]
+    pub fn decisions(&self) -> &[Decision] {
+        &self.decisions
+    }
+
+    /// Whether a feature is modelled.
+    #[must_use]
+    pub fn models(&self, feature: Feature) -> bool {
+        self.decisions.iter().any(|d| d.feature == feature && d.modelled)
+    }
+}
+
+fn vertex_normals(scene: &Scene) -> Reason {
+    let is_mesh = |o: &&super::Object| matches!(o.shape.geometry(), Geometry::Triangles { .. });
+    let meshes = scene.objects().iter().filter(is_mesh).count();
+    let smooth = scene.objects().iter().filter(|o| o.shape.has_vertex_normals()).count();
+    match (smooth, meshes) {
+        (0, 0) => Err("there is no mesh".to_owned()),
+        (0, _) => Err("no mesh has them".to_owned()),
+        _ => Ok(format!("{smooth} of {meshes} meshes have them")),
+    }
+}
+
+fn texture_coordinates(integrator: &IntegratorSettings) -> Reason {
+    match integrator {
+        IntegratorSettings::Aov { layers, .. } if layers.iter().any(|l| l.kind == AovKind::Uv) => {
+            Ok("a layer shows them".to_owned())
+        }
+        _ => Err("no texture and no layer reads them".to_owned()),
+    }
+}
+
+fn environment_light(scene: &Scene) -> Reason {
+    match scene.environment() {
+        Some((_, emitter)) => Ok(format!("rays that leave the scene see `{}`", emitter.kind())),
+        None => Err("rays that leave the scene see black".to_owned()),
+    }
+}
+
+/// The integrator that makes the picture.
+fn picture(integrator: &IntegratorSettings) -> Option<&IntegratorSettings> {
+    match integrator {
+        IntegratorSettings::Aov { picture, .. } => picture.as_deref(),
+        other => Some(other),
+    }
+}
+
+/// The path tracer's settings, or why there are none.
+fn path(integrator: &IntegratorSettings) -> Result<&PathSettings, String> {
+    match picture(integrator) {
+        Some(IntegratorSettings::Path(path)) => Ok(path),
+        Some(_) => Err("only the path tracer has it".to_owned()),
+        None => Err("layers alone are asked for".to_owned()),
+    }
+}
+
+fn next_event_estimation(integrator: &IntegratorSettings, scene: &Scene) -> Reason {
+    let path = path(integrator)?;
+    if path.strategy == Strategy::Bsdf {
+        return Err("the integrator looks for light by scattering alone".to_owned());
+    }
+    if path.max_depth.is_some_and(|max| max < 2) {
+        return Err("paths of one edge show emitters only".to_owned());
+    }
+    if scene.emitters().is_empty() {
+        return Err("there is no emitter".to_owned());
+    }
+    if scene.objects().iter().all(|o| scene.bsdfs()[o.bsdf].is_delta()) {
+        return Err("all surfaces are ideal mirrors or glass".to_owned());
+    }
+    Ok("one shadow ray from each surface that is no ideal mirror or glass".to_owned())
+}
+
+fn importance(integrator: &IntegratorSettings, next_event: &Reason) -> Reason {
+    let heuristic = match path(integrator)?.strategy {
+        Strategy::Mis(heuristic) => heuristic,
+        Strategy::Bsdf => return Err("light is found by scattering alone".to_owned()),
+        Strategy::Emitter => return Err("light is found by shadow rays alone".to_owned()),
+    };
+    if next_event.is_err() {
+        return Err("there are no shadow rays".to_owned());
+    }
+    Ok(match heuristic {
+        MisHeuristic::Balance => "by the balance heuristic".to_owned(),
+        MisHeuristic::Power => "by the power heuristic".to_owned(),
+    })
+}
+
+fn roulette(integrator: &IntegratorSettings) -> Reason {
+    let PathSettings { roulette, max_depth, .. } = path(integrator)?;
+    let survival = match roulette.policy {
+        RoulettePolicy::None => return Err("the integrator's policy is to play none".to_owned()),
+        RoulettePolicy::Fixed(p) => format!("{p}"),
+        RoulettePolicy::Throughput => "the path's throughput".to_owned(),
+    };
+    match max_depth {
+        Some(max) if *max <= roulette.min_depth => {
+            Err(format!("paths end at {max} edges, before it begins"))
+        }
+        _ => Ok(format!(
+            "from edge {} on, survival by {survival}, at most {}",
+            roulette.min_depth.max(1),
+            roulette.max_survival
+        )),
+    }
+}
+
+fn hidden_emitters(integrator: &IntegratorSettings) -> Reason {
+    let hidden = match picture(integrator) {
+        Some(IntegratorSettings::Path(path)) => path.hide_emitters,
+        Some(
+            IntegratorSettings::DirectUniform { hide_emitters }
+            | IntegratorSettings::Branching { hide_emitters, .. },
+        ) => *hide_emitters,
+        Some(IntegratorSettings::AmbientOcclusion { .. } | IntegratorSettings::Aov { .. })
+        | None => false,
+    };
+    if hidden {
+        Ok("camera rays pass through emitters".to_owned())
+    } else {
+        Err("the camera sees emitters as other surfaces".to_owned())
+    }
+}
+
+fn layers(integrator: &IntegratorSettings) -> Reason {
+    match integrator {
+        IntegratorSettings::Aov { layers, .. } if !layers.is_empty() => {
+            let names: Vec<_> = layers.iter().map(|l| l.name.as_str()).collect();
+            Ok(names.join(", "))
+        }
+        _ => Err("none is asked for".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::bsdf::{Bsdf, Conductor, Diffuse};
+    use crate::emitter::{Constant, Emitter};
+    use crate::math::Rgb;
+    use crate::scene::Object;
+    use crate::scene::settings::{AovLayer, Roulette};
+    use crate::scene::tests::description;
+    use crate::shape::{Shape, TriangleMesh};
+
+    fn triangle(smooth: bool) -> Arc<dyn Shape> {
+        let corners = [glam::Vec3A::ZERO, glam::Vec3A::X, glam::Vec3A::Y];
+        let normals = if smooth { vec![glam::Vec3::Z; 3] } else { Vec::new() };
+        let mesh = TriangleMesh::new(corners.to_vec(), vec![[0, 1, 2]], normals, Vec::new());
+        Arc::new(mesh.expect("valid").0)
+    }
+
+    /// A scene of triangles, one for each material, under a constant sky.
+    fn scene(smooth: bool, bsdfs: Vec<Box<dyn Bsdf>>) -> Scene {
+        let object =
+            |bsdf| Object { name: String::new(), shape: triangle(smooth), bsdf, emitter: None };
+        let objects = (0..bsdfs.len()).map(object).collect();
+        let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
+        Scene::new(objects, bsdfs, vec![sky], Some(0)).expect("valid")
+    }
+
+    fn diffuse() -> Box<dyn Bsdf> {
+        Box::new(Diffuse::new(Rgb::splat(0.5)))
+    }
+
+    fn mirror() -> Box<dyn Bsdf> {
+        Box::new(Conductor::new(None, Rgb::ONE))
+    }
+
+    fn path(settings: PathSettings) -> IntegratorSettings {
+        IntegratorSettings::Path(settings)
+    }
+
+    fn reason(description: &Description, feature: Feature) -> (bool, String) {
+        let requirements = Requirements::of(description);
+        let mut found = requirements.decisions().iter().filter(|d| d.feature == feature);
+        let decision = found.next().expect("every feature is decided");
+        assert!(found.next().is_none(), "{feature} is decided twice");
+        assert_eq!(requirements.models(feature), decision.modelled);
+        (decision.modelled, decision.reason.clone())
+    }
+
+    fn skipped(reason: &str) -> (bool, String) {
+        (false, reason.to_owned())
+    }
+
+    fn modelled(reason: &str) -> (bool, String) {
+        (true, reason.to_owned())
+    }
+
+    #[test]
+    fn an_empty_scene_requires_nothing() {
+        let mut d = description();
+        d.integrator = path(PathSettings { max_depth: Some(1), ..PathSettings::default() });
+        let requirements = Requirements::of(&d);
+        assert!(requirements.decisions().iter().all(|d| !d.modelled), "{requirements:?}");
+    }
+
+    #[test]
+    fn surfaces_and_light_are_looked_at() {
+        let mut d = description();
+        assert_eq!(reason(&d, Feature::VertexNormals), skipped("there is no mesh"));
+        d.scene = scene(false, vec![diffuse()]);
+        assert_eq!(reason(&d, Feature::VertexNormals), skipped("no mesh has them"));
+        d.scene = scene(true, vec![diffuse()]);
+        assert_eq!(reason(&d, Feature::VertexNormals), modelled("1 of 1 meshes have them"));
+        assert_eq!(
+            reason(&d, Feature::EnvironmentLight),
+            modelled("rays that leave the scene see `Constant`")
+        );
+        d.film.alpha = true;
+        assert!(reason(&d, Feature::Alpha).0);
+    }
+
+    #[test]
+    fn shadow_rays_need_a_reason() {
+        let mut d = description();
+        let next_event = Feature::NextEventEstimation;
+        let mis = Feature::MultipleImportanceSampling;
+        assert_eq!(reason(&d, next_event), skipped("there is no emitter"));
+        assert_eq!(reason(&d, mis), skipped("there are no shadow rays"));
+        d.scene = scene(false, vec![mirror()]);
+        assert_eq!(reason(&d, next_event), skipped("all surfaces are ideal mirrors or glass"));
+        d.scene = scene(false, vec![mirror(), diffuse()]);
+        assert!(reason(&d, next_event).0);
+        assert_eq!(reason(&d, mis), modelled("by the power heuristic"));
+        for (strategy, shadow_rays) in [(Strategy::Bsdf, false), (Strategy::Emitter, true)] {
+            d.integrator = path(PathSettings { strategy, ..PathSettings::default() });
+            assert_eq!(reason(&d, next_event).0, shadow_rays);
+            assert!(!reason(&d, mis).0);
+        }
+        d.integrator = IntegratorSettings::DirectUniform { hide_emitters: true };
+        assert_eq!(reason(&d, next_event), skipped("only the path tracer has it"));
+        assert!(reason(&d, Feature::HiddenEmitters).0);
+    }
+
+    #[test]
+    fn roulette_is_played_only_where_paths_get_that_far() {
+        let mut d = description();
+        let roulette =
+            Roulette { policy: RoulettePolicy::Throughput, min_depth: 5, max_survival: 0.9 };
+        let with = |max_depth, roulette| {
+            path(PathSettings { max_depth, roulette, ..PathSettings::default() })
+        };
+        d.integrator = with(Some(5), roulette);
+        let expected = skipped("paths end at 5 edges, before it begins");
+        assert_eq!(reason(&d, Feature::RussianRoulette), expected);
+        d.integrator = with(Some(6), roulette);
+        let expected = "from edge 5 on, survival by the path's throughput, at most 0.9";
+        assert_eq!(reason(&d, Feature::RussianRoulette), modelled(expected));
+        d.integrator = with(None, Roulette { policy: RoulettePolicy::None, ..roulette });
+        assert!(!reason(&d, Feature::RussianRoulette).0);
+    }
+
+    #[test]
+    fn layers_are_named() {
+        let mut d = description();
+        let layer = |name: &str, kind| AovLayer { name: name.to_owned(), kind };
+        let layers = vec![layer("z", AovKind::Depth), layer("st", AovKind::Uv)];
+        d.integrator = IntegratorSettings::Aov { layers, picture: None };
+        assert_eq!(reason(&d, Feature::Layers), modelled("z, st"));
+        assert_eq!(reason(&d, Feature::TextureCoordinates), modelled("a layer shows them"));
+        let expected = skipped("layers alone are asked for");
+        assert_eq!(reason(&d, Feature::RussianRoulette), expected);
+    }
+}

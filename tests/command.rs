@@ -1,0 +1,462 @@
+//! The command as a user meets it: the real program, run in a fresh folder.
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+use exr::meta::attribute::AttributeValue;
+use exr::meta::header::Header;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_telamon");
+
+/// A ball under a white sky; `$spp` is 4 unless `-D` says otherwise.
+const SCENE: &str = r#"<scene version="3.0.0">
+    <default name="spp" value="4"/>
+    <integrator type="path"/>
+    <sensor type="perspective">
+        <transform name="to_world">
+            <lookat origin="0, 0, -4" target="0, 0, 0" up="0, 1, 0"/>
+        </transform>
+        <float name="fov" value="45"/>
+        <sampler type="independent">
+            <integer name="sample_count" value="$spp"/>
+        </sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="32"/>
+            <integer name="height" value="24"/>
+            <rfilter type="box"/>
+        </film>
+    </sensor>
+    <shape type="sphere">
+        <bsdf type="diffuse"/>
+    </shape>
+    <emitter type="constant"/>
+</scene>
+"#;
+
+/// A fresh folder with `scene.xml` in it.
+struct Folder(tempfile::TempDir);
+
+/// How a run of the program ended.
+struct Run {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+impl Folder {
+    fn new() -> Self {
+        Self::with_scene(SCENE)
+    }
+
+    fn with_scene(scene: &str) -> Self {
+        let folder = Self(tempfile::tempdir().expect("a folder"));
+        fs::write(folder.path("scene.xml"), scene).expect("writable");
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// All names but the scene's, sorted.
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).expect("exists").flatten();
+        let names = entries.map(|e| e.file_name().to_string_lossy().into_owned());
+        let mut names: Vec<_> = names.filter(|n| n != "scene.xml").collect();
+        names.sort_unstable();
+        names
+    }
+
+    fn spawn(&self, arguments: &str) -> Child {
+        Command::new(PROGRAM)
+            .args(arguments.split_whitespace())
+            .current_dir(self.0.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program is there")
+    }
+
+    fn run(&self, arguments: &str) -> Run {
+        self.spawn(arguments).wait_with_output().expect("it ends").into()
+    }
+
+    /// A run that must succeed.
+    fn succeed(&self, arguments: &str) -> Run {
+        let run = self.run(arguments);
+        assert_eq!(run.code, Some(0), "{arguments}: {}", run.stderr);
+        run
+    }
+
+    /// What a run that must end with `code` says on standard error; it must leave nothing behind.
+    fn fail(&self, arguments: &str, code: i32) -> String {
+        let before = self.names();
+        let run = self.run(arguments);
+        assert_eq!(run.code, Some(code), "{arguments}: {}", run.stderr);
+        assert_eq!(self.names(), before, "{arguments}");
+        run.stderr
+    }
+
+    fn header(&self, name: &str) -> Header {
+        let data = exr::meta::MetaData::read_from_file(self.path(name), true).expect("an EXR file");
+        data.headers.into_iter().next().expect("one part")
+    }
+
+    /// Width, height and bytes.
+    fn png(&self, name: &str) -> (u32, u32, Vec<u8>) {
+        let file = BufReader::new(File::open(self.path(name)).expect("written"));
+        let mut reader = png::Decoder::new(file).read_info().expect("a PNG file");
+        let mut bytes = vec![0; reader.output_buffer_size().expect("small")];
+        let info = reader.next_frame(&mut bytes).expect("a picture");
+        (info.width, info.height, bytes)
+    }
+}
+
+impl From<Output> for Run {
+    fn from(output: Output) -> Self {
+        let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+        let run = Self {
+            code: output.status.code(),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        };
+        assert!(!run.stderr.contains('\x1b'), "no colours where there is no terminal");
+        assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+        run
+    }
+}
+
+/// A number or text of an EXR file's metadata.
+fn attribute(header: &Header, name: &str) -> String {
+    match header.own_attributes.other.get(&exr::prelude::Text::from(name)) {
+        Some(AttributeValue::I32(value)) => value.to_string(),
+        Some(AttributeValue::F32(value)) => value.to_string(),
+        Some(AttributeValue::Text(value)) => value.to_string(),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+#[test]
+fn both_files_are_written_and_a_line_sums_up() {
+    let folder = Folder::new();
+    let run = folder.succeed("render scene.xml -o a.exr -o b.PNG");
+    assert_eq!(folder.names(), ["a.exr", "b.PNG"]);
+    assert_eq!(run.stdout, "");
+    let line = run.stderr.strip_suffix('\n').expect("a line");
+    assert!(line.starts_with("a.exr and b.PNG: 4 samples per pixel with "), "{line}");
+    for part in ["load ", "build ", "render ", " s; ", " Mpaths/s, ", " Mrays/s"] {
+        assert!(line.contains(part), "{part}: {line}");
+    }
+    assert!(!line.contains('\n'), "{line}");
+    let (width, height, bytes) = folder.png("b.PNG");
+    assert_eq!((width, height), (32, 24));
+    // The sky, and the ball in the middle: convex under a white sky it shows its reflectance of 0.5,
+    // with roulette and MIS as noise. 188 is 0.5 in sRGB.
+    assert_eq!(bytes[..3], [255, 255, 255]);
+    let middle = bytes[(12 * 32 + 16) * 3];
+    assert!((100..255).contains(&middle), "{middle}");
+}
+
+#[test]
+fn without_a_name_the_scene_gives_it() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("sub")).expect("writable");
+    fs::rename(folder.path("scene.xml"), folder.path("sub/box.v2.xml")).expect("writable");
+    folder.succeed("render sub/box.v2.xml");
+    assert_eq!(folder.names(), ["box.v2.exr", "sub"]);
+}
+
+#[test]
+fn an_existing_file_is_replaced() {
+    let folder = Folder::new();
+    fs::write(folder.path("a.exr"), "old").expect("writable");
+    folder.succeed("render scene.xml -o a.exr");
+    assert_eq!(folder.header("a.exr").layer_size.0, 32);
+    assert_eq!(folder.names(), ["a.exr"]);
+}
+
+#[test]
+fn the_header_says_how_the_picture_came_about() {
+    let folder = Folder::new();
+    folder.succeed("render scene.xml -o a.exr --seed 7");
+    let header = folder.header("a.exr");
+    assert_eq!(attribute(&header, "scene"), "scene.xml");
+    assert_eq!(attribute(&header, "seed"), "7");
+    assert_eq!(attribute(&header, "samplesPerPixel"), "4");
+    assert!(attribute(&header, "renderTimeSeconds").parse::<f32>().expect("a number") > 0.0);
+    assert!(!attribute(&header, "backend").is_empty());
+}
+
+#[test]
+fn every_sampling_option_has_an_effect() {
+    let folder = Folder::new();
+    let picture = |arguments: &str| {
+        folder.succeed(&format!("render scene.xml -o a.exr -o a.png {arguments}"));
+        folder.png("a.png").2
+    };
+    let plain = picture("");
+    assert_eq!(plain, picture("--threads 7"), "threads do not change the picture");
+    assert_ne!(plain, picture("--seed 1"));
+    assert_eq!(plain, picture("--seed 0"));
+    assert_ne!(plain, picture("--spp 9"));
+    assert_eq!(attribute(&folder.header("a.exr"), "samplesPerPixel"), "9");
+    picture("-D spp=5");
+    assert_eq!(attribute(&folder.header("a.exr"), "samplesPerPixel"), "5");
+    picture("--define spp=5 --spp 6");
+    assert_eq!(attribute(&folder.header("a.exr"), "samplesPerPixel"), "6");
+    let run = folder.succeed("render scene.xml --threads 3");
+    assert!(run.stderr.contains(" on 3 threads; "), "{}", run.stderr);
+    let run = folder.succeed("render scene.xml --threads 1 --backend rust");
+    assert!(run.stderr.contains(" with Rust BVH"), "{}", run.stderr);
+    assert!(run.stderr.contains(" on 1 thread; "), "{}", run.stderr);
+}
+
+#[test]
+fn every_picture_option_has_an_effect() {
+    let folder = Folder::new();
+    folder.succeed("render scene.xml -o a.exr -o a.png --size 16x20");
+    assert_eq!(folder.header("a.exr").layer_size, exr::math::Vec2(16, 20));
+    let (width, height, plain) = folder.png("a.png");
+    assert_eq!((width, height), (16, 20));
+
+    // A crop is that part of the whole picture, to the last bit.
+    folder.succeed("render scene.xml -o b.exr -o b.png --size 16x20 --crop 3,5,8,2");
+    let header = folder.header("b.exr");
+    assert_eq!(header.own_attributes.layer_position, exr::math::Vec2(3, 5));
+    assert_eq!(header.shared_attributes.display_window.size, exr::math::Vec2(16, 20));
+    let (width, height, part) = folder.png("b.png");
+    assert_eq!((width, height), (8, 2));
+    assert_eq!(part[..24], plain[(5 * 16 + 3) * 3..][..24]);
+
+    folder.succeed("render scene.xml -o a.png --size 16x20 --exposure -2");
+    let dark = folder.png("a.png").2;
+    // A quarter of 1 is 137 in sRGB.
+    assert_eq!(dark[0], 137);
+    let run = folder.succeed("render scene.xml -o a.exr --exposure 1");
+    assert!(run.stderr.contains("warning: `--exposure` changes nothing"), "{}", run.stderr);
+}
+
+#[test]
+fn quiet_is_silent() {
+    let folder = Folder::new();
+    for quiet in ["-q", "--quiet"] {
+        let run = folder.succeed(&format!("render scene.xml {quiet}"));
+        assert_eq!((run.stdout.as_str(), run.stderr.as_str()), ("", ""));
+    }
+    assert!(folder.fail("render none.xml --quiet", 1).contains("none.xml"));
+}
+
+#[test]
+fn bad_usage_ends_with_2() {
+    let folder = Folder::new();
+    for (arguments, message) in [
+        ("render", "<SCENE>"),
+        ("paint scene.xml", "unrecognized subcommand 'paint'"),
+        ("render scene.xml --colour", "unexpected argument '--colour'"),
+        (
+            "render scene.xml -o a.jpg",
+            "unknown kind of picture `a.jpg` (expected a name that ends in `.exr` or `.png`)",
+        ),
+        ("render scene.xml -D spp", "expected a name, an equals sign and a value"),
+        ("render scene.xml --size 64", "expected columns and rows, such as 640x480"),
+        ("render scene.xml --size 0x64", "expected columns and rows, such as 640x480"),
+        ("render scene.xml --crop 1,2,3", "expected first column and row, columns and rows"),
+        ("render scene.xml --spp 0", "0 is not in 1..=4294967295"),
+        ("render scene.xml --threads 0", "0 is not in 1..=1024"),
+        ("render scene.xml --seed -1", "unexpected argument '-1'"),
+        ("render scene.xml --exposure NaN", "expected a number from -149 to 127"),
+        ("render scene.xml --backend gpu", "[possible values: "),
+        ("completions tcl", "[possible values: bash"),
+    ] {
+        let told = folder.fail(arguments, 2);
+        assert!(told.contains(message), "{arguments}: {told}");
+    }
+}
+
+#[test]
+fn failures_end_with_1_before_anything_is_rendered() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("folder.exr")).expect("writable");
+    fs::write(folder.path("file"), "").expect("writable");
+    // So many samples that no test would see the end of it.
+    let render = "render scene.xml --spp 4000000000";
+    for (arguments, message) in [
+        ("-o none/a.exr", "error: cannot write `none/a.exr`: there is no folder `none`"),
+        ("-o file/a.exr", "error: cannot write `file/a.exr`: there is no folder `file`"),
+        ("-o folder.exr", "error: cannot write `folder.exr`: it is a folder"),
+        // The kernel's own folder, which even root cannot write to.
+        ("-o /proc/a.exr", "error: cannot write `/proc/a.exr`: "),
+        ("-o a.exr -o none/a.png", "error: cannot write `none/a.png`: there is no folder `none`"),
+        (
+            "--size 65536x65536",
+            "error: a film of 65536x65536 pixels is not possible (expected at least 1x1, and at most \
+             4294967295 pixels)",
+        ),
+        (
+            "--crop 30,0,3,24",
+            "error: a crop of 3x24 pixels at 30,0 does not lie within the film of 32x24 pixels",
+        ),
+    ] {
+        let told = folder.fail(&format!("{render} {arguments}"), 1);
+        assert!(told.starts_with(message), "{arguments}: {told}");
+        assert_eq!(told.matches("error:").count(), 1, "{told}");
+    }
+    let told = folder.fail(&format!("{render} -o none/a.exr -o /proc/a.png"), 1);
+    assert_eq!(told.matches("error:").count(), 2, "both are named: {told}");
+}
+
+#[test]
+fn scene_errors_show_the_line() {
+    let folder = Folder::with_scene(&SCENE.replace("<bsdf", "<nonsense"));
+    for command in ["render", "inspect"] {
+        let told = folder.fail(&format!("{command} scene.xml"), 1);
+        assert!(told.starts_with("error: "), "{told}");
+        assert!(told.contains("[scene.xml:19:"), "{told}");
+        assert!(told.contains("19 |         <nonsense type=\"diffuse\"/>"), "{told}");
+        let told = folder.fail(&format!("{command} none.xml"), 1);
+        assert!(told.contains("none.xml"), "{told}");
+    }
+}
+
+#[test]
+fn layers_alone_are_refused_as_png_before_rendering() {
+    let layers = r#"<integrator type="aov"><string name="aovs" value="z:depth"/></integrator>"#;
+    let folder = Folder::with_scene(&SCENE.replace(r#"<integrator type="path"/>"#, layers));
+    let told = folder.fail("render scene.xml -o a.exr -o a.png --spp 4000000000", 1);
+    let message = "error: cannot write `a.png`: the picture has layers but no colours";
+    assert!(told.starts_with(message), "{told}");
+    folder.succeed("render scene.xml -o a.exr");
+    let header = folder.header("a.exr");
+    let channels: Vec<_> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
+    assert_eq!(channels, ["z.T"]);
+}
+
+/// Sends SIGINT to a render without end, `delay` after its start.
+fn interrupt(folder: &Folder, arguments: &str, delay: Duration) -> Run {
+    let child = folder.spawn(arguments);
+    std::thread::sleep(delay);
+    let id = child.id().to_string();
+    let status = Command::new("kill").args(["-INT", &id]).status().expect("kill is there");
+    assert!(status.success(), "the render had not ended by itself");
+    child.wait_with_output().expect("it ends").into()
+}
+
+#[test]
+fn ctrl_c_writes_what_is_there_and_says_so() {
+    let folder = Folder::new();
+    let arguments = "render scene.xml -o a.exr -o a.png --quiet --spp 4000000000";
+    // On a busy machine the program may not have begun to render, and then has nothing to write.
+    let delays = [0.5, 2.0, 8.0, 30.0].map(Duration::from_secs_f64);
+    let run = delays
+        .into_iter()
+        .map(|delay| interrupt(&folder, arguments, delay))
+        .find(|run| run.code.is_some() && !folder.names().is_empty())
+        .expect("half a minute is enough to begin");
+    assert_eq!(run.code, Some(130), "{}", run.stderr);
+    assert_eq!(folder.names(), ["a.exr", "a.png"]);
+    let told = run.stderr;
+    assert!(told.starts_with("warning: interrupted: "), "{told}");
+    let rest = " of 4000000000 samples per pixel are in a.exr and a.png\n";
+    assert!(told.ends_with(rest), "{told}");
+    let header = folder.header("a.exr");
+    let [least, most] = ["samplesPerPixel", "largestSamplesPerPixel"]
+        .map(|name| attribute(&header, name).parse::<u32>().expect("a number"));
+    assert!(0 < most && least <= most && most < 4_000_000_000, "{least} {most}");
+}
+
+#[test]
+fn inspect_shows_what_is_there_and_what_is_skipped() {
+    let folder = Folder::new();
+    let run = folder.succeed("inspect scene.xml -D spp=11 --backend rust");
+    assert_eq!(run.stderr, "");
+    assert!(folder.names().is_empty());
+    let text = run.stdout;
+    for part in
+        ["Sphere", "Diffuse", "Constant", "32x24 pixels", "11 samples per pixel", "Rust BVH"]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let (modelled, skipped) = text
+        .split_once("\nThe render will model\n")
+        .and_then(|(_, rest)| rest.split_once("\nThe render will skip\n"))
+        .expect("both lists");
+    assert!(modelled.contains("\n  next-event estimation ") || modelled.starts_with("  next"));
+    assert!(modelled.contains("environment light"), "{modelled}");
+    for feature in ["time", "lens", "textures", "variance"] {
+        assert!(skipped.contains(&format!("  {feature} ")), "{feature}: {skipped}");
+    }
+}
+
+#[test]
+fn help_mentions_every_option() {
+    let folder = Folder::new();
+    let help = folder.succeed("--help").stdout;
+    for part in ["render", "inspect", "completions", "man", "Example: telamon render"] {
+        assert!(help.contains(part), "{part}: {help}");
+    }
+    let options = [
+        "<SCENE>",
+        "-o, --output <FILE>",
+        "--spp <N>",
+        "--size <WxH>",
+        "--seed <N>",
+        "--threads <N>",
+        "--backend <ENGINE>",
+        "-D, --define <NAME=VALUE>",
+        "--crop <X,Y,W,H>",
+        "--exposure <STOPS>",
+        "-q, --quiet",
+    ];
+    let help = folder.succeed("render --help").stdout;
+    for option in options {
+        assert!(help.contains(option), "{option}: {help}");
+    }
+    for heading in ["Input:", "Sampling:", "Output:", "Picture:"] {
+        assert!(help.contains(heading), "{heading}: {help}");
+    }
+    assert!(folder.run("").stderr.contains("Usage: telamon <COMMAND>"));
+}
+
+#[test]
+fn the_version_names_embree() {
+    let version = Folder::new().succeed("--version").stdout;
+    let start = format!("telamon {} (", env!("CARGO_PKG_VERSION"));
+    assert!(version.starts_with(&start), "{version}");
+    let embree = if cfg!(feature = "embree") { "(Embree " } else { "(without Embree)" };
+    assert!(version.contains(embree), "{version}");
+}
+
+#[test]
+fn completions_and_manual_come_from_the_same_definitions() {
+    let folder = Folder::new();
+    let page = folder.succeed("man").stdout;
+    assert!(page.contains(".TH telamon 1"), "{page}");
+    assert!(!page.contains(".SH HELP"), "{page}");
+    let scripts = ["bash", "elvish", "fish", "powershell", "zsh"]
+        .map(|shell| folder.succeed(&format!("completions {shell}")).stdout);
+    for option in ["exposure", "threads", "backend", "crop", "define", "seed", "spp", "size"] {
+        // Hyphens are escaped in roff.
+        assert!(page.contains(&format!("\\-\\-{option}")), "{option}: {page}");
+        assert!(scripts.iter().all(|s| s.contains(option)), "{option}");
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_failure() {
+    let folder = Folder::new();
+    for command in ["man", "completions bash", "inspect scene.xml"] {
+        // `true` has ended long before anything is written.
+        let script = format!("(sleep 0.2; '{PROGRAM}' {command}; echo ended with $? >&2) | true");
+        let output = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(folder.path("."))
+            .output()
+            .expect("sh is there");
+        let run = Run::from(output);
+        assert_eq!(run.stderr, "ended with 0\n", "{command}");
+    }
+}
