@@ -1,6 +1,6 @@
 //! Rays and the hits that an engine reports for them.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
 ///
@@ -47,7 +47,8 @@ impl Ray {
     /// Every comparison is written so that NaN fails it.
     #[must_use]
     pub fn is_traceable(&self) -> bool {
-        let small = |v: Vec3| v.abs().max_element() < Self::LARGEST_COORDINATE && !v.is_nan();
+        let limit = Vec3A::splat(Self::LARGEST_COORDINATE);
+        let small = |v: Vec3| Vec3A::from(v).abs().cmplt(limit).all();
         small(self.origin)
             && small(self.direction)
             && self.t_min >= 0.0

@@ -49,6 +49,9 @@ impl Discrete {
     /// one number serves the choice and what comes after it. Never an index of probability 0.
     #[must_use]
     pub fn sample(&self, u: f32) -> (usize, f32) {
+        if self.cumulative.len() == 2 {
+            return (0, u);
+        }
         let u = f64::from(u);
         // The first entry above u, less one: its share is not empty, since it holds u.
         let last = self.cumulative.len() - 2;

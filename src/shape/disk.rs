@@ -48,7 +48,7 @@ impl Disk {
     fn surface_at(&self, p: Vec2) -> SurfacePoint {
         let position = self.to_world.transform_point3(p.extend(0.0));
         let m = self.to_world.matrix3;
-        let extent = (m.x_axis.abs() + m.y_axis.abs() + self.to_world.translation.abs()).into();
+        let extent = m.x_axis.abs() + m.y_axis.abs() + self.to_world.translation.abs();
         SurfacePoint {
             position,
             geometric_normal: self.normal,

@@ -124,32 +124,38 @@ impl TriangleMesh {
         &self.uvs
     }
 
-    fn corners(&self, primitive: usize) -> [Vec3; 3] {
-        self.triangles[primitive].map(|i| Vec3::from(self.positions[i as usize]))
+    fn corners(&self, primitive: usize) -> [Vec3A; 3] {
+        self.triangles[primitive].map(|i| self.positions[i as usize])
     }
 
-    /// The surface at barycentric weights `(u, v)` of a triangle.
-    fn surface_at(&self, primitive: usize, b: Vec2) -> SurfacePoint {
+    /// The surface at barycentric weights `(u, v)` of a triangle, and the triangle's area.
+    fn surface_at(&self, primitive: usize, b: Vec2) -> (SurfacePoint, f64) {
         let (u, v) = clamp_barycentrics(b);
         let [p0, p1, p2] = self.corners(primitive);
         let w = 1.0 - u - v;
         let position = p0 * w + p1 * u + p2 * v;
-        let mut geometric_normal = unit_normal([p0, p1, p2]);
+        let (mut geometric_normal, area) = normal_and_area([p0, p1, p2]);
         let mut shading_normal = geometric_normal;
         if !self.normals.is_empty() {
             let [n0, n1, n2] = self.triangles[primitive].map(|i| self.normals[i as usize]);
             // A zero or non-finite interpolated normal leaves the geometric one.
             if let Some(n) = (n0 * w + n1 * u + n2 * v).try_normalize() {
-                shading_normal = n;
+                shading_normal = n.into();
                 // A file's vertex normals say which side is out, even where its winding does not.
-                if n.dot(geometric_normal) < 0.0 {
+                if shading_normal.dot(geometric_normal) < 0.0 {
                     geometric_normal = -geometric_normal;
                 }
             }
         }
         let extent = p0.abs().max(p1.abs()).max(p2.abs());
         let offset = error_offset(geometric_normal, extent);
-        SurfacePoint { position, geometric_normal, shading_normal, offset }
+        let point = SurfacePoint {
+            position: position.into(),
+            geometric_normal: geometric_normal.into(),
+            shading_normal: shading_normal.into(),
+            offset,
+        };
+        (point, area)
     }
 }
 
@@ -166,7 +172,7 @@ impl Shape for TriangleMesh {
     }
 
     fn surface(&self, _ray: &Ray, hit: &Hit) -> SurfacePoint {
-        self.surface_at(hit.primitive as usize, Vec2::new(hit.u, hit.v))
+        self.surface_at(hit.primitive as usize, Vec2::new(hit.u, hit.v)).0
     }
 
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
@@ -183,13 +189,12 @@ impl Shape for TriangleMesh {
     }
 
     fn primitive_area(&self, primitive: usize) -> f64 {
-        let [p0, p1, p2] = self.corners(primitive).map(|p| p.as_dvec3());
-        0.5 * (p1 - p0).cross(p2 - p0).length()
+        normal_and_area(self.corners(primitive)).1
     }
 
     fn sample_primitive(&self, primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample> {
-        let point = self.surface_at(primitive, warp::square_to_uniform_triangle(u));
-        area_sample_toward(self.primitive_area(primitive), from, point)
+        let (point, area) = self.surface_at(primitive, warp::square_to_uniform_triangle(u));
+        area_sample_toward(area, from, point)
     }
 
     fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
@@ -261,23 +266,30 @@ fn find_defective(
 
 /// Engines may report weights slightly outside the triangle; inside, interpolation cannot overshoot.
 fn clamp_barycentrics(b: Vec2) -> (f32, f32) {
+    let inside = b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0;
+    if inside {
+        return (b.x, b.y);
+    }
     let u = b.x.clamp(0.0, 1.0);
     (u, b.y.clamp(0.0, 1.0 - u))
 }
 
-/// The unit normal of the plane through three points. In f32 where that is exact to a few roundings; the
-/// cross product of a sliver cancels, and that of very short or very long edges leaves the range, so
-/// those are formed in f64.
-fn unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+/// The unit normal of a triangle and its area. In f32 where that is exact to a few roundings; the cross
+/// product of a sliver cancels, and that of very short or very long edges leaves the range, so those are
+/// formed in f64.
+fn normal_and_area([a, b, c]: [Vec3A; 3]) -> (Vec3A, f64) {
     let (e1, e2) = (b - a, c - a);
     let n = e1.cross(e2);
     let (length_squared, edges) = (n.length_squared(), e1.length_squared() * e2.length_squared());
     // sin² of the angle between the edges: above 1/16 at most two bits cancel.
-    if length_squared > 0.0625 * edges && (1e-30..1e30).contains(&edges) {
-        return n / length_squared.sqrt();
+    if length_squared > 0.0625 * edges && edges > 1e-30 && edges < 1e30 {
+        let length = length_squared.sqrt();
+        return (n / length, 0.5 * f64::from(length));
     }
-    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
-    (b - a).cross(c - a).normalize().as_vec3()
+    let [a, b, c] = [a, b, c].map(|p| Vec3::from(p).as_dvec3());
+    let n = (b - a).cross(c - a);
+    let length = n.length();
+    ((n / length).as_vec3().into(), 0.5 * length)
 }
 
 #[cfg(test)]

@@ -139,9 +139,9 @@ pub struct ShapeSample {
 /// 1e-6 to 1e6, centres up to 1e5) the factors 1, 2 and 4 let up to 2.2 %, 0.2 % and 0.04 % of rays hit
 /// their own surface, 8 and above none. 32 leaves a margin of 4.
 #[must_use]
-pub fn error_offset(normal: Vec3, extent: Vec3) -> f32 {
+pub fn error_offset(normal: impl Into<Vec3A>, extent: impl Into<Vec3A>) -> f32 {
     const FACTOR: f32 = 32.0 * f32::EPSILON * 0.5;
-    FACTOR * normal.abs().dot(extent)
+    FACTOR * normal.into().abs().dot(extent.into())
 }
 
 /// Density per solid angle of a point chosen uniformly on a primitive of `area`, as seen from
