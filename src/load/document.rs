@@ -254,7 +254,10 @@ fn convert(node: roxmltree::Node<'_, '_>, file: u32, depth: usize) -> Result<Ele
     let mut comment = None;
     for child in node.children() {
         match child.text() {
-            Some(text) if child.is_comment() => comment = Some(text.trim().into()),
+            // In one line: a message breaks lines where it wants to.
+            Some(text) if child.is_comment() => {
+                comment = Some(text.split_whitespace().collect::<Vec<_>>().join(" ").into());
+            }
             Some(text) if child.is_text() && !text.trim().is_empty() => {
                 element.stray_text.get_or_insert(Place::new(file, child.range()));
             }

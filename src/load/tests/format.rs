@@ -222,10 +222,10 @@ fn include_bombs_are_defused() {
 #[test]
 fn missing_meshes_are_explained_by_the_scene() {
     let error = load(
-        "<scene version='3.0.0'><shape type='obj'>\n<!-- Get it from the exhibition. -->\n\
+        "<scene version='3.0.0'><shape type='obj'>\n<!-- Get it\n   from the exhibition. -->\n\
          <string name='filename' value='bust.obj'/></shape><sensor type='perspective'/></scene>",
     )
     .expect_err("there is no such file");
-    let expected = "scene.xml:3:32: there is no file `bust.obj`\n  help: the scene says: Get it from the exhibition.";
+    let expected = "scene.xml:4:32: there is no file `bust.obj`\n  help: the scene says: Get it from the exhibition.";
     assert_eq!(error.to_string(), expected);
 }
