@@ -1,0 +1,47 @@
+//! Scenes rendered through the library.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use telamon::film::Film;
+use telamon::intersect::{self, Backend};
+use telamon::load::{LoadOptions, load_scene, load_text};
+use telamon::render::{Statistics, render};
+use telamon::scene::Description;
+
+/// A file of the package.
+pub(crate) fn in_package(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// The scene in `text`, which must be right and without warnings.
+pub(crate) fn parse(text: &str) -> Description {
+    let loaded = load_text(text, Path::new("test.xml"), &LoadOptions::default());
+    let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(loaded.warnings, []);
+    loaded.description
+}
+
+/// The scene in a file, which must be right and without warnings.
+pub(crate) fn read(path: &Path, defines: &[(&str, &str)]) -> Description {
+    let defines = defines.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
+    let loaded = load_scene(path, &LoadOptions { defines });
+    let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(loaded.warnings, [], "{}", path.display());
+    loaded.description
+}
+
+/// Renders all of it; no sample may be lost and no ray refused.
+pub(crate) fn picture(description: &Description, backend: Backend) -> Film {
+    let (film, statistics) = render_on(description, backend);
+    assert_eq!(statistics.non_finite, 0, "{statistics:?}");
+    assert_eq!(statistics.rays.untraceable, 0, "{statistics:?}");
+    let count = description.sampler.samples_per_pixel;
+    assert_eq!(statistics.samples_per_pixel, (count, count));
+    film
+}
+
+fn render_on(description: &Description, backend: Backend) -> (Film, Statistics) {
+    let engine = intersect::build(backend, &description.scene.shapes()).expect("builds");
+    render(description, engine.as_ref(), &|_| (), &AtomicBool::new(false))
+}
