@@ -3,12 +3,15 @@
 
 mod support;
 
+use std::collections::BTreeSet;
+
 use glam::{Vec2, Vec3};
 use support::materials::{Material, materials};
 use support::quadrature::{SphereGrid, direction};
 use support::stats::{Moments, chi_squared};
-use support::{BELOW_ONE, corners, points, points_3d};
+use support::{BELOW_ONE, corners, plugin_names, points, points_3d};
 use telamon::bsdf::{Bsdf, BsdfSample, Dielectric};
+use telamon::load::plugins::Category;
 
 const GRID: SphereGrid = SphereGrid { rows: 10, columns: 20 };
 
@@ -56,6 +59,12 @@ fn expected_counts(pdf: impl Fn(Vec3) -> f64) -> Vec<f64> {
     // One direction in 2²⁰ may be lost because its cosine rounds to 0.
     expected.push((1.0 - returned).max(1.0 / 1_048_576.0));
     expected.iter().map(|p| p * f64::from(SAMPLES)).collect()
+}
+
+#[test]
+fn every_material_of_scene_files_is_in_the_table() {
+    let tested: BTreeSet<_> = materials().iter().map(|m| m.plugin).collect();
+    assert_eq!(tested, plugin_names(Category::Bsdf));
 }
 
 #[test]

@@ -72,12 +72,12 @@ fn same_mean(a: &[Rgb], b: &[Rgb], checks: usize) -> Result<(), String> {
 
 /// Each scene renders on each engine, and with equal random numbers engines differ in few pixels.
 ///
-/// Both rebuild positions from barycentrics that are good to some 2⁻²². Each bounce multiplies a difference by
-/// about the ratio of the distances before and after it, so that 2⁻¹⁰ leaves 12 bits for that. What is larger
-/// comes from a ray that passes an edge on one engine and not on the other. The edges of these scenes have
-/// a total length below a hundred times the width of the picture, and engines place them to 2⁻²⁰ of it: of fewer
-/// than 2¹⁷ rays (3072 samples of 40 rays) some 2¹⁷ · 100 · 2⁻²⁰ = 12 are in doubt if all lie in one
-/// plane; each spoils one of 768 pixels. The means agree in Student's paired test.
+/// Both rebuild positions from barycentrics that are good to some 2⁻²². Each bounce multiplies a
+/// difference by about the ratio of the distances before and after it, so that 2⁻¹⁰ leaves 12 bits for
+/// that. What is larger comes from a ray that passes an edge on one engine and not on the other. The
+/// edges of these scenes have a total length below a hundred times the width of the picture, and engines
+/// place them to 2⁻²⁰ of it: of fewer than 2¹⁷ rays (3072 samples of 40 rays) some 2¹⁷ · 100 · 2⁻²⁰ = 12
+/// are in doubt, and each spoils one of 768 pixels. The means agree in Student's paired test.
 #[test]
 fn every_scene_renders_alike_on_every_engine() {
     const TOLERANCE: f32 = 1.0 / 1024.0;
@@ -118,8 +118,9 @@ fn every_scene_renders_alike_on_every_engine() {
     }
 }
 
-/// In the furnace every pixel is 1/(1 − albedo): Student's test of each over 16 pictures of unrelated seeds.
-/// A sample is skewed as a geometric series is, by about 2; the mean of 64 by a quarter, which the test bears.
+/// In the furnace every pixel is 1/(1 − albedo): Student's test of each over 16 pictures of unrelated
+/// seeds. A sample is skewed as a geometric series is, by about 2; the mean of 64 by a quarter, which
+/// the test bears.
 #[test]
 fn the_furnace_has_one_radiance() {
     const SIDE: usize = 12;

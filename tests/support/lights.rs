@@ -4,11 +4,14 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use telamon::emitter::{Area, Constant, Emitter, Point};
 use telamon::math::Frame;
 use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
 
 /// A light of radiance 1 and a receiver.
 pub(crate) struct Light {
+    /// Names of the plugins in scene files that make such a shape.
+    pub(crate) plugins: &'static [&'static str],
     pub(crate) name: String,
     pub(crate) shape: Arc<dyn Shape>,
     /// Position of the receiver.
@@ -48,7 +51,8 @@ pub(crate) fn triangle(corners: [Vec3; 3]) -> Arc<dyn Shape> {
 
 /// The lights of the table.
 pub(crate) fn lights() -> Vec<Light> {
-    let light = |name: String, shape, irradiance| Light {
+    let light = |plugins, name: String, shape, irradiance| Light {
+        plugins,
         name,
         shape,
         from: Vec3::ZERO,
@@ -61,18 +65,21 @@ pub(crate) fn lights() -> Vec<Light> {
     for (side, height) in [(2.0, 1.0), (0.2, 1.0), (0.002, 1.0), (2.0, 1000.0)] {
         let shape = square(0.5 * side, Vec3::Z * height as f32);
         lights.push(light(
+            &["rectangle"],
             format!("square {side} at {height}"),
             shape,
             above_square(0.5 * side, height),
         ));
     }
+    // What is read from a file is a mesh as the cube is one.
+    let mesh: &[&str] = &["cube", "obj", "ply"];
     // The same square, seen as the underside of a cube.
     let raised = DAffine3::from_translation(DVec3::Z * 3.0);
     let cube = Arc::new(primitives::cube(raised, false).0);
-    lights.push(light("cube".into(), cube, above_square(1.0, 2.0)));
+    lights.push(light(mesh, "cube".into(), cube, above_square(1.0, 2.0)));
     // From inside, a closed surface fills the hemisphere, whatever its shape.
     let inside = DAffine3::from_translation(DVec3::new(0.3, -0.2, 0.4));
-    lights.push(light("cube around".into(), Arc::new(primitives::cube(inside, true).0), PI));
+    lights.push(light(mesh, "cube around".into(), Arc::new(primitives::cube(inside, true).0), PI));
     for radius in [1.0f32, 0.5] {
         // Ellipse of half axes a and b on the axis at h: π a b / √((a² + h²)(b² + h²)).
         let (a, b, h) = (1.5, f64::from(radius), 2.0);
@@ -80,16 +87,21 @@ pub(crate) fn lights() -> Vec<Light> {
         let to_world = DAffine3::from_mat3_translation(mirrored, DVec3::Z * h);
         let disk = Disk::new(to_world, false).expect("not singular");
         let expected = PI * a * b / ((a * a + h * h) * (b * b + h * h)).sqrt();
-        lights.push(light(format!("disk {a} by {b}"), Arc::new(disk), expected));
+        lights.push(light(&["disk"], format!("disk {a} by {b}"), Arc::new(disk), expected));
     }
     for (radius, distance) in [(1.0f32, 3.0f32), (1.0, 1.5), (1.0, 1.001), (1e-4, 1.0), (1e-6, 1.0)]
     {
         let ratio = f64::from(radius) / f64::from(distance);
         let shape = sphere(Vec3::Z * distance, radius);
-        lights.push(light(format!("sphere {radius} at {distance}"), shape, PI * ratio * ratio));
+        lights.push(light(
+            &["sphere"],
+            format!("sphere {radius} at {distance}"),
+            shape,
+            PI * ratio * ratio,
+        ));
     }
     let around = Sphere::new(Vec3::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3::Y), true);
-    lights.push(light("sphere around".into(), Arc::new(around), PI));
+    lights.push(light(&["sphere"], "sphere around".into(), Arc::new(around), PI));
     lights
 }
 
@@ -97,4 +109,16 @@ pub(crate) fn lights() -> Vec<Light> {
 fn above_square(s: f64, h: f64) -> f64 {
     let a = s / s.hypot(h);
     4.0 * a * a.atan()
+}
+
+/// Every emitter: its plugin in scene files, and the irradiance at the origin on a surface that faces +z.
+pub(crate) fn emitters() -> Vec<(&'static str, Box<dyn Emitter>, f64)> {
+    let area = Area::new(square(1.0, Vec3::Z), Vec3::ONE).expect("has an area");
+    vec![
+        ("area", Box::new(area), above_square(1.0, 1.0)),
+        // π L from a hemisphere.
+        ("constant", Box::new(Constant::new(Vec3::new(1.0, 2.0, 3.0))), PI),
+        // I cosθ / d² = 10 · 0.8 / 25.
+        ("point", Box::new(Point::new(Vec3::new(3.0, 0.0, 4.0), Vec3::splat(10.0))), 0.32),
+    ]
 }

@@ -12,8 +12,16 @@ pub(crate) mod quadrature;
 pub(crate) mod rays;
 pub(crate) mod stats;
 
+use std::collections::BTreeSet;
+
 use glam::{Vec2, Vec3};
+use telamon::load::plugins::{Category, supported};
 use telamon::sampler::{Independent, Sampler};
+
+/// What a scene file can name of one kind: each must have a row in the table of its tests.
+pub(crate) fn plugin_names(category: Category) -> BTreeSet<&'static str> {
+    supported().filter(|p| p.category() == category).map(|p| p.name).collect()
+}
 
 /// The largest f32 below 1, hence the largest number that a sampler returns.
 pub(crate) const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
