@@ -294,7 +294,7 @@ fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {
 fn one_emitter_is_always_chosen() {
     for policy in [ChoicePolicy::Power, ChoicePolicy::Uniform] {
         for powers in [[1.0, 3.0], [1e20, 1.0], [0.0, 2.0], [1e30, 1e30]] {
-            let choice = EmitterChoice::new(policy, &two_lights(powers), 1.0);
+            let choice = EmitterChoice::new(policy, &two_lights(powers));
             let total = choice.probability(0) + choice.probability(1);
             assert_eq!(total, 1.0, "{policy:?} {powers:?}");
             let mut counts = [0; 2];
@@ -310,10 +310,15 @@ fn one_emitter_is_always_chosen() {
             }
         }
     }
-    let power = EmitterChoice::new(ChoicePolicy::Power, &two_lights([1.0, 3.0]), 1.0);
+    let power = EmitterChoice::new(ChoicePolicy::Power, &two_lights([1.0, 3.0]));
     assert!((power.probability(0) - 0.25).abs() < 1e-7);
-    let uniform = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([1.0, 3.0]), 1.0);
+    let uniform = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([1.0, 3.0]));
     assert_eq!(uniform.probability(0), 0.5);
-    let dark = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([0.0, 0.0]), 1.0);
+    // An environment has half of the choices, whatever the others' power; all if they are dark.
+    let mut with_sky = two_lights([1.0, 3.0]);
+    with_sky.push(Box::new(Constant::new(Vec3::ONE)));
+    let power = EmitterChoice::new(ChoicePolicy::Power, &with_sky);
+    assert_eq!([0, 1, 2].map(|i| power.probability(i)), [0.125, 0.375, 0.5]);
+    let dark = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([0.0, 0.0]));
     assert!(dark.sample(0.5).is_none() && dark.probability(0) == 0.0);
 }

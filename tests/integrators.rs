@@ -249,7 +249,7 @@ fn policies_and_strategies_have_one_mean() {
         PathSettings { strategy: Strategy::Bsdf, ..long },
         PathSettings { strategy: Strategy::Mis(MisHeuristic::Balance), ..long },
         PathSettings { directions: DirectionSampling::UniformHemisphere, ..long },
-        PathSettings { emitter_choice: ChoicePolicy::Uniform, ..long },
+        PathSettings { emitter_choice: ChoicePolicy::Power, ..long },
     ];
     // Other numbers for the reference, so that the two means are independent.
     let reference = Moments::of(estimates(&scene, &path(long), 240_000).split_off(120_000));

@@ -176,9 +176,9 @@ fn materials(scene: &Scene) -> Vec<Vec<String>> {
 }
 
 fn emitters(scene: &Scene) -> Vec<Vec<String>> {
-    let radius = scene.radius();
     let rows = scene.emitters().iter().enumerate().map(|(index, emitter)| {
-        let power = format!("{:.4} W", emitter.power(radius));
+        let power =
+            emitter.power().map_or_else(|| "from outside".to_owned(), |p| format!("{p:.4} W"));
         vec![index.to_string(), emitter.kind().to_owned(), power]
     });
     std::iter::once(titles(&["emitter", "kind", "power"])).chain(rows).collect()

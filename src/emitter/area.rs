@@ -62,8 +62,8 @@ impl Emitter for Area {
         }
     }
 
-    fn power(&self, _scene_radius: f64) -> f64 {
-        PI * self.primitives.total() * f64::from(luminance(self.radiance))
+    fn power(&self) -> Option<f64> {
+        Some(PI * self.primitives.total() * f64::from(luminance(self.radiance)))
     }
 }
 

@@ -6,11 +6,11 @@ use crate::math::Discrete;
 /// How one emitter is picked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChoicePolicy {
-    /// In proportion to emitted power.
-    #[default]
-    Power,
     /// All alike.
+    #[default]
     Uniform,
+    /// In proportion to emitted power; the environment, of which no power can be told, half of the time.
+    Power,
 }
 
 /// A distribution over the emitters of a scene.
@@ -21,16 +21,19 @@ pub struct EmitterChoice {
 }
 
 impl EmitterChoice {
-    /// A choice among `emitters` of a scene that fits in a sphere of `scene_radius`. An emitter without
-    /// power is never chosen.
+    /// A choice among `emitters`. An emitter without power is never chosen.
     #[must_use]
-    pub fn new(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>], scene_radius: f64) -> Self {
-        let weights: Vec<f64> = emitters
+    pub fn new(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>]) -> Self {
+        let powers: Vec<_> = emitters.iter().map(|e| e.power()).collect();
+        let inside: f64 = powers.iter().flatten().sum();
+        let outside = powers.iter().filter(|p| p.is_none()).count();
+        // Together as likely as all emitters inside the scene.
+        let share = if inside > 0.0 { inside / outside as f64 } else { 1.0 };
+        let weights: Vec<f64> = powers
             .iter()
-            .map(|e| e.power(scene_radius))
             .map(|power| match policy {
-                ChoicePolicy::Power => power,
-                ChoicePolicy::Uniform => f64::from(power > 0.0),
+                ChoicePolicy::Power => power.unwrap_or(share),
+                ChoicePolicy::Uniform => f64::from(power.is_none_or(|p| p > 0.0)),
             })
             .collect();
         Self { distribution: Discrete::new(&weights) }

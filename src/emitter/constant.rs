@@ -1,11 +1,9 @@
 //! A uniform environment.
 
-use std::f64::consts::PI;
-
 use glam::{Vec2, Vec3};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
-use crate::math::{Rgb, luminance, warp};
+use crate::math::{Rgb, warp};
 
 /// The same radiance from every direction outside the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,8 +37,7 @@ impl Emitter for Constant {
         if sight.surface.is_none() { self.radiance } else { Rgb::ZERO }
     }
 
-    /// What enters the sphere around the scene: π L per unit of its area.
-    fn power(&self, scene_radius: f64) -> f64 {
-        4.0 * PI * PI * scene_radius.powi(2) * f64::from(luminance(self.radiance))
+    fn power(&self) -> Option<f64> {
+        (self.radiance == Rgb::ZERO).then_some(0.0)
     }
 }

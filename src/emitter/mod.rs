@@ -31,9 +31,10 @@ pub trait Emitter: Debug + Send + Sync {
     /// Radiance that arrives along the line of sight, in W·m⁻²·sr⁻¹.
     fn radiance(&self, sight: &Sight<'_>) -> Rgb;
 
-    /// Emitted power in W, as luminance, in a scene that fits in a sphere of `scene_radius`. Guides the
-    /// choice among emitters, so a rough value costs noise but no bias.
-    fn power(&self, scene_radius: f64) -> f64;
+    /// Emitted power in W, as luminance. `None` for an emitter outside the scene: what of its light enters
+    /// grows with the scene, and says nothing about what arrives at a point. Guides the choice among emitters,
+    /// so a rough value costs noise but no bias.
+    fn power(&self) -> Option<f64>;
 
     /// Name of the emitter's type, for reports.
     fn kind(&self) -> &'static str {

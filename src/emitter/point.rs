@@ -44,7 +44,7 @@ impl Emitter for Point {
         Rgb::ZERO
     }
 
-    fn power(&self, _scene_radius: f64) -> f64 {
-        4.0 * PI * f64::from(luminance(self.intensity))
+    fn power(&self) -> Option<f64> {
+        Some(4.0 * PI * f64::from(luminance(self.intensity)))
     }
 }

@@ -32,8 +32,7 @@ impl Path {
     /// A path tracer for `scene`.
     #[must_use]
     pub fn new(settings: &PathSettings, scene: &Scene) -> Self {
-        let emitters =
-            EmitterChoice::new(settings.emitter_choice, scene.emitters(), scene.radius());
+        let emitters = EmitterChoice::new(settings.emitter_choice, scene.emitters());
         Self { settings: *settings, emitters }
     }
 

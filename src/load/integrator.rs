@@ -37,9 +37,9 @@ const DIRECTIONS: PropertyInfo = property(
 
 const EMITTER_CHOICE: PropertyInfo = property(
     "emitter_choice",
-    Kind::Choice(&["power", "uniform"]),
-    Default::Text("power"),
-    "which emitter a shadow ray goes to",
+    Kind::Choice(&["uniform", "power"]),
+    Default::Text("uniform"),
+    "how the emitter that a shadow ray goes to is picked: all alike, or by emitted power",
 );
 
 pub(super) static PATH: Plugin = Plugin {

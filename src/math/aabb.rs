@@ -31,15 +31,4 @@ impl Aabb {
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
-
-    /// Centre and radius of the sphere through the corners; `None` for the empty box.
-    #[must_use]
-    pub fn bounding_sphere(&self) -> Option<(Vec3, f32)> {
-        if self.is_empty() {
-            return None;
-        }
-        // Halves before the sum, so that the largest representable box does not overflow.
-        let center = self.min * 0.5 + self.max * 0.5;
-        Some((center, (self.max - center).length()))
-    }
 }

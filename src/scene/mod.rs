@@ -138,12 +138,6 @@ impl Scene {
     pub fn bounds(&self) -> Option<Aabb> {
         self.bounds
     }
-
-    /// Radius of a sphere around all shapes, in scene units; 1 for an empty scene.
-    #[must_use]
-    pub fn radius(&self) -> f64 {
-        self.bounds.and_then(|b| b.bounding_sphere()).map_or(1.0, |(_, r)| f64::from(r))
-    }
 }
 
 #[cfg(test)]

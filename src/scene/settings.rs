@@ -136,7 +136,7 @@ impl Default for PathSettings {
             roulette: Roulette::default(),
             strategy: Strategy::Mis(MisHeuristic::Power),
             directions: DirectionSampling::Bsdf,
-            emitter_choice: ChoicePolicy::Power,
+            emitter_choice: ChoicePolicy::Uniform,
             hide_emitters: false,
         }
     }

@@ -95,7 +95,7 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
     ("path", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
     ("path", "strategy", "", "<string name='strategy' value='mis_balance'/>"),
     ("path", "directions", "", "<string name='directions' value='cosine'/>"),
-    ("path", "emitter_choice", "", "<string name='emitter_choice' value='uniform'/>"),
+    ("path", "emitter_choice", "", "<string name='emitter_choice' value='power'/>"),
     ("path", "rr_policy", "", "<string name='rr_policy' value='none'/>"),
     (
         "path",
@@ -109,7 +109,7 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
     ("direct", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
     ("direct", "strategy", "", "<string name='strategy' value='emitter'/>"),
     ("direct", "directions", "", "<string name='directions' value='uniform'/>"),
-    ("direct", "emitter_choice", "", "<string name='emitter_choice' value='uniform'/>"),
+    ("direct", "emitter_choice", "", "<string name='emitter_choice' value='power'/>"),
     ("direct_uniform", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
     ("branching", "branches", "", "<integer name='branches' value='2'/>"),
     ("branching", "max_depth", "", "<integer name='max_depth' value='2'/>"),
