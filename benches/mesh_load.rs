@@ -47,7 +47,7 @@ fn main() -> Outcome {
         return print_memory(Path::new(mesh));
     }
     let [mesh] = arguments.paths.as_slice() else {
-        return Err(format!("one mesh is needed\nusage: {USAGE}").into());
+        return Err(format!("one mesh is needed; usage: {USAGE}").into());
     };
     let child = Command::new(env::current_exe()?).arg("--memory-of").arg(mesh).output()?;
     print!("{}", String::from_utf8_lossy(&child.stdout));

@@ -63,11 +63,11 @@ fn main() -> Outcome {
     let known = ["--python", "--dragon", "--runs", "--spp", "--threads"];
     let arguments = Arguments::read(&known, USAGE)?;
     if !arguments.paths.is_empty() {
-        return Err(format!("no file is expected\nusage: {USAGE}").into());
+        return Err(format!("no file is expected; usage: {USAGE}").into());
     }
     let threads = arguments.count("--threads", rayon::current_num_threads())?;
     let work = Work {
-        python: arguments.value("--python").ok_or(format!("no --python\nusage: {USAGE}"))?,
+        python: arguments.value("--python").ok_or(format!("no --python; usage: {USAGE}"))?,
         threads,
         spp: arguments.count("--spp", 16)?,
         runs: arguments.count("--runs", 9)?,

@@ -34,9 +34,9 @@ impl Arguments {
             if !word.starts_with('-') {
                 arguments.paths.push(word.into());
             } else if !known.contains(&word.as_str()) {
-                return Err(format!("unknown option {word}\nusage: {usage}").into());
+                return Err(format!("unknown option {word}; usage: {usage}").into());
             } else {
-                let value = words.next().ok_or(format!("{word} needs a value\nusage: {usage}"))?;
+                let value = words.next().ok_or(format!("{word} needs a value; usage: {usage}"))?;
                 arguments.options.push((word, value));
             }
         }
