@@ -15,15 +15,16 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark's result is what it prints")]
 
-use std::error::Error;
-use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::Instant;
+mod support;
+
+use std::path::Path;
+use std::process::Command;
 use std::{env, fs};
 
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
 use telamon::shape::Shape;
+
+use support::{Arguments, Outcome, Python, Spread, seconds};
 
 /// Loads once per line of its input and answers with the seconds.
 const MITSUBA: &str = "
@@ -37,54 +38,32 @@ for _ in sys.stdin:
     print(time.perf_counter() - start, flush=True)
 ";
 
-struct Arguments {
-    mesh: PathBuf,
-    mitsuba_python: Option<PathBuf>,
-    runs: usize,
-    memory_only: bool,
-}
+const USAGE: &str = "mesh_load MESH [--mitsuba-python PYTHON] [--runs N]";
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let Some(arguments) = arguments()? else {
-        println!(
-            "usage: cargo bench --bench mesh_load -- MESH [--mitsuba-python PYTHON] [--runs N]"
-        );
-        return Ok(());
+fn main() -> Outcome {
+    let arguments = Arguments::read(&["--mitsuba-python", "--runs", "--memory-of"], USAGE)?;
+    // What the process below does.
+    if let Some(mesh) = arguments.value("--memory-of") {
+        return print_memory(Path::new(mesh));
+    }
+    let [mesh] = arguments.paths.as_slice() else {
+        return Err(format!("one mesh is needed; usage: {USAGE}").into());
     };
-    if arguments.memory_only {
-        return print_memory(&arguments.mesh);
-    }
-    let child = Command::new(env::current_exe()?).arg(&arguments.mesh).arg("--memory").output()?;
+    let child = Command::new(env::current_exe()?).arg("--memory-of").arg(mesh).output()?;
     print!("{}", String::from_utf8_lossy(&child.stdout));
-    print_times(&arguments)
-}
-
-fn arguments() -> Result<Option<Arguments>, Box<dyn Error>> {
-    let (mut mesh, mut mitsuba_python, mut runs, mut memory_only) = (None, None, 9, false);
-    let mut words = env::args().skip(1);
-    while let Some(word) = words.next() {
-        match word.as_str() {
-            // What cargo adds.
-            "--bench" => {}
-            "--memory" => memory_only = true,
-            "--mitsuba-python" => mitsuba_python = words.next().map(PathBuf::from),
-            "--runs" => runs = words.next().ok_or("--runs needs a number")?.parse()?,
-            path => mesh = Some(PathBuf::from(path)),
-        }
-    }
-    Ok(mesh.map(|mesh| Arguments { mesh, mitsuba_python, runs, memory_only }))
+    print_times(mesh, arguments.value("--mitsuba-python"), arguments.count("--runs", 9)?)
 }
 
 fn is_obj(path: &Path) -> bool {
     path.to_string_lossy().contains(".obj")
 }
 
-fn load(path: &Path) -> Result<LoadedMesh, Box<dyn Error>> {
+fn load(path: &Path) -> Outcome<LoadedMesh> {
     let options = MeshOptions::default();
     Ok(if is_obj(path) { load_obj(path, &options)? } else { load_ply(path, &options)? })
 }
 
-fn print_memory(path: &Path) -> Result<(), Box<dyn Error>> {
+fn print_memory(path: &Path) -> Outcome {
     let before = peak_bytes()?;
     let mesh = load(path)?.mesh;
     let (growth, bytes) = (peak_bytes()? - before, mesh.bytes());
@@ -99,72 +78,35 @@ fn print_memory(path: &Path) -> Result<(), Box<dyn Error>> {
 }
 
 /// The most memory that this process ever had resident (Linux).
-fn peak_bytes() -> Result<usize, Box<dyn Error>> {
+fn peak_bytes() -> Outcome<usize> {
     let status = fs::read_to_string("/proc/self/status")?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let kib = line.and_then(|line| line.split_whitespace().next()).ok_or("no VmHWM")?;
     Ok(kib.parse::<usize>()? * 1024)
 }
 
-fn print_times(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    let mut mitsuba = match &arguments.mitsuba_python {
-        Some(python) => Some(Mitsuba::start(python, &arguments.mesh)?),
-        None => None,
-    };
+fn print_times(path: &Path, python: Option<&str>, runs: usize) -> Outcome {
+    let kind = if is_obj(path) { "obj" } else { "ply" };
+    let words = [kind.to_owned(), path.display().to_string()];
+    let mut mitsuba = python.map(|p| Python::start(p, MITSUBA, &words)).transpose()?;
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-    for run in 0..=arguments.runs {
-        let start = Instant::now();
-        drop(load(&arguments.mesh)?);
-        let seconds = start.elapsed().as_secs_f64();
-        let reference = mitsuba.as_mut().map(Mitsuba::load).transpose()?;
+    for run in 0..=runs {
+        let mut loaded = Ok(());
+        let seconds = seconds(|| loaded = load(path).map(drop));
+        loaded?;
+        let reference = mitsuba.as_mut().map(|m| m.ask("")).transpose()?;
         // The first run warms the file cache up.
         if run > 0 {
             ours.push(seconds);
-            theirs.extend(reference);
+            theirs.extend(reference.into_iter().flatten());
         }
     }
-    let telamon = print_row("telamon", &mut ours);
-    if let Some(mut mitsuba) = mitsuba {
-        let reference = print_row("mitsuba 3", &mut theirs);
-        println!("ratio of the medians: {:.3}", telamon / reference);
-        drop(mitsuba.process.stdin.take());
-        mitsuba.process.wait()?;
+    let ours = Spread::of(ours);
+    println!("telamon   {ours} s, median of {runs}");
+    if mitsuba.is_some() {
+        let theirs = Spread::of(theirs);
+        println!("mitsuba 3 {theirs} s, median of {runs}");
+        println!("ratio of the medians: {:.3}", ours.median / theirs.median);
     }
     Ok(())
-}
-
-/// Prints median, least and largest of some seconds; returns the median.
-fn print_row(name: &str, seconds: &mut [f64]) -> f64 {
-    seconds.sort_by(f64::total_cmp);
-    let median = seconds[seconds.len() / 2];
-    let (least, largest) = (seconds[0], seconds[seconds.len() - 1]);
-    println!("{name:10} {median:.4} s (median of {}, {least:.4} to {largest:.4})", seconds.len());
-    median
-}
-
-struct Mitsuba {
-    process: Child,
-    answers: BufReader<std::process::ChildStdout>,
-}
-
-impl Mitsuba {
-    fn start(python: &Path, mesh: &Path) -> Result<Self, Box<dyn Error>> {
-        let kind = if is_obj(mesh) { "obj" } else { "ply" };
-        let mut process = Command::new(python)
-            .args(["-c", MITSUBA, kind])
-            .arg(mesh)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()?;
-        let answers = BufReader::new(process.stdout.take().ok_or("no output")?);
-        Ok(Self { process, answers })
-    }
-
-    fn load(&mut self) -> Result<f64, Box<dyn Error>> {
-        let mut input = self.process.stdin.as_ref().ok_or("no input")?;
-        input.write_all(b"\n")?;
-        let mut answer = String::new();
-        self.answers.read_line(&mut answer)?;
-        Ok(answer.trim().parse()?)
-    }
 }

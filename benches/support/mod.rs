@@ -1,0 +1,182 @@
+//! What the benchmarks share: arguments, times, and the two peers that they compare with.
+
+#![allow(dead_code, reason = "each benchmark uses a part of it")]
+
+use std::error::Error;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Arc;
+use std::time::Instant;
+use std::{env, fmt};
+
+use telamon::load::{LoadOptions, load_scene};
+use telamon::scene::Description;
+use telamon::shape::{Geometry, Shape};
+
+/// What a benchmark returns.
+pub(crate) type Outcome<T = ()> = Result<T, Box<dyn Error>>;
+
+/// Words of the command line; every option takes a value.
+pub(crate) struct Arguments {
+    /// What belongs to no option.
+    pub(crate) paths: Vec<PathBuf>,
+    options: Vec<(String, String)>,
+}
+
+impl Arguments {
+    /// Reads the command line. `usage` follows after what is wrong with it.
+    pub(crate) fn read(known: &[&str], usage: &str) -> Outcome<Self> {
+        let mut arguments = Self { paths: Vec::new(), options: Vec::new() };
+        // Cargo adds `--bench`.
+        let mut words = env::args().skip(1).filter(|word| word != "--bench");
+        while let Some(word) = words.next() {
+            if !word.starts_with('-') {
+                arguments.paths.push(word.into());
+            } else if !known.contains(&word.as_str()) {
+                return Err(format!("unknown option {word}; usage: {usage}").into());
+            } else {
+                let value = words.next().ok_or(format!("{word} needs a value; usage: {usage}"))?;
+                arguments.options.push((word, value));
+            }
+        }
+        Ok(arguments)
+    }
+
+    /// All values of an option.
+    pub(crate) fn values<'a>(&'a self, option: &'a str) -> impl Iterator<Item = &'a str> {
+        self.options.iter().filter(move |(name, _)| name == option).map(|(_, v)| v.as_str())
+    }
+
+    /// The last value of an option.
+    pub(crate) fn value<'a>(&'a self, option: &'a str) -> Option<&'a str> {
+        self.values(option).last()
+    }
+
+    /// The last value of an option that takes a number above 0.
+    pub(crate) fn count(&self, option: &str, default: usize) -> Outcome<usize> {
+        match self.value(option).map(str::parse) {
+            None => Ok(default),
+            Some(Ok(count)) if count > 0 => Ok(count),
+            Some(_) => Err(format!("{option} needs a whole number above 0").into()),
+        }
+    }
+}
+
+/// A scene file and the values of its parameters.
+pub(crate) struct SceneFile {
+    pub(crate) path: PathBuf,
+    pub(crate) defines: Vec<(String, String)>,
+}
+
+impl SceneFile {
+    /// The Cornell box, and the dragon if there is a mesh for it.
+    pub(crate) fn defaults(dragon: Option<&str>) -> Vec<Self> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let cornell_box = Self { path: root.join("scenes/cornell-box.xml"), defines: Vec::new() };
+        let dragon = dragon.map(|mesh| Self {
+            path: root.join("benches/scenes/dragon.xml"),
+            defines: vec![("mesh".to_owned(), mesh.to_owned())],
+        });
+        [cornell_box].into_iter().chain(dragon).collect()
+    }
+
+    pub(crate) fn name(&self) -> String {
+        self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    pub(crate) fn load(&self) -> Outcome<Description> {
+        let options = LoadOptions { defines: self.defines.clone() };
+        Ok(load_scene(&self.path, &options)?.description)
+    }
+}
+
+/// How long something takes, in seconds.
+pub(crate) fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
+    let start = Instant::now();
+    std::hint::black_box(work());
+    start.elapsed().as_secs_f64()
+}
+
+/// Median, least and largest of some numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct Spread {
+    pub(crate) median: f64,
+    least: f64,
+    largest: f64,
+}
+
+impl Spread {
+    /// Of at least one number.
+    pub(crate) fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
+        let mut numbers: Vec<_> = numbers.into_iter().collect();
+        numbers.sort_by(f64::total_cmp);
+        let (least, largest) = (numbers[0], numbers[numbers.len() - 1]);
+        Self { median: numbers[numbers.len() / 2], least, largest }
+    }
+}
+
+impl fmt::Display for Spread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.3} ({:.3} to {:.3})", self.median, self.least, self.largest)
+    }
+}
+
+/// Vertices with their padding and triangles of a mesh, as C reads them.
+pub(crate) type Buffers = (Vec<[f32; 4]>, Vec<[u32; 3]>);
+
+/// The meshes of a scene for bare Embree, which knows nothing else.
+pub(crate) fn buffers(shapes: &[Arc<dyn Shape>]) -> Outcome<Vec<Buffers>> {
+    let buffers = |shape: &Arc<dyn Shape>| match shape.geometry() {
+        Geometry::Triangles { positions, triangles } => {
+            Ok((positions.iter().map(|p| p.extend(0.0).to_array()).collect(), triangles.to_vec()))
+        }
+        Geometry::Analytic(_) => {
+            Err("the scene has a sphere or a disk; the bare engine is measured on meshes only"
+                .into())
+        }
+    };
+    shapes.iter().map(buffers).collect()
+}
+
+/// A Python process that answers each line with a line, so that it loads and warms up only once.
+pub(crate) struct Python {
+    process: Child,
+    questions: Option<ChildStdin>,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Python {
+    /// Starts `script` with `arguments` as its `sys.argv[1:]`.
+    pub(crate) fn start(python: &str, script: &str, arguments: &[String]) -> Outcome<Self> {
+        let mut process = Command::new(python)
+            .args(["-c", script])
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| format!("{python} does not start: {error}"))?;
+        let questions = process.stdin.take();
+        let answers = BufReader::new(process.stdout.take().ok_or("no output to read from")?);
+        Ok(Self { process, questions, answers })
+    }
+
+    /// The numbers in the answer to `question`.
+    pub(crate) fn ask(&mut self, question: &str) -> Outcome<Vec<f64>> {
+        let questions = self.questions.as_mut().ok_or("no input to write to")?;
+        writeln!(questions, "{question}")?;
+        let mut answer = String::new();
+        if self.answers.read_line(&mut answer)? == 0 {
+            return Err("the Python process ended without an answer".into());
+        }
+        Ok(answer.split_whitespace().map(str::parse).collect::<Result<_, _>>()?)
+    }
+}
+
+impl Drop for Python {
+    fn drop(&mut self) {
+        // It ends when its input does; how, does not matter any more.
+        drop(self.questions.take());
+        let _ = self.process.wait();
+    }
+}
