@@ -12,9 +12,10 @@ use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
 use super::{bsdf, emitter, film, integrator, sampler, shape};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::Perspective;
 use crate::emitter::{Area, Emitter};
+use crate::math::Rgb;
 use crate::scene::settings::{FilmSettings, IntegratorSettings, SamplerSettings};
 use crate::scene::{Description, Object as SceneObject, Scene};
 use crate::shape::mesh::Dropped;
@@ -62,6 +63,8 @@ struct Parts {
     /// Indices of materials by their objects, so that shapes share what they refer to; `None` is the
     /// material of shapes that name none.
     bsdf_of: HashMap<Option<usize>, usize>,
+    /// Index of the black material of emitters that name none, once there is one.
+    black: Option<usize>,
     emitters: Vec<Box<dyn Emitter>>,
 }
 
@@ -75,6 +78,14 @@ impl Parts {
         let index = self.bsdfs.len() - 1;
         self.bsdf_of.insert(object.index(), index);
         Ok(index)
+    }
+
+    /// The index of the black material.
+    fn black(&mut self) -> usize {
+        *self.black.get_or_insert_with(|| {
+            self.bsdfs.push(Box::new(Diffuse::new(Rgb::ZERO)));
+            self.bsdfs.len() - 1
+        })
     }
 
     fn emitter(&mut self, emitter: impl Emitter + 'static) -> usize {
@@ -122,7 +133,12 @@ impl Parts {
                 }
             },
         };
-        let bsdf = self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?;
+        // An emitter without a material reflects nothing, as in Mitsuba.
+        let bsdf = if emitter.is_some() && object.parts(Category::Bsdf).next().is_none() {
+            self.black()
+        } else {
+            self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?
+        };
         Ok(SceneObject { name: object.id().to_owned(), shape: built.shape, bsdf, emitter })
     }
 

@@ -18,7 +18,7 @@ const SPECULAR_REFLECTANCE: PropertyInfo = property(
 
 pub(super) static DIFFUSE: Plugin = Plugin {
     name: "diffuse",
-    help: "Ideal diffuse reflection, from the front only; also the material of shapes that have none.",
+    help: "Ideal diffuse reflection, from the front only; also the material of shapes that have none (black if they emit).",
     properties: &[property(
         "reflectance",
         Kind::Rgb(Bounds::Unit),

@@ -33,6 +33,21 @@ fn lights_are_found_where_they_stand() {
     assert_eq!(d.scene.environment().map(|(index, _)| index), Some(3));
 }
 
+/// A shape that names no material is half grey, unless it emits: then it is black, as in Mitsuba.
+#[test]
+fn shapes_without_a_material_have_one() {
+    let scene = description(
+        "<shape type='sphere'/><shape type='sphere'><emitter type='area'/></shape>
+         <shape type='cube'/><shape type='cube'><emitter type='area'/></shape>",
+    )
+    .scene;
+    let up = glam::Vec3::Z;
+    let albedos: Vec<f32> =
+        scene.objects().iter().map(|o| scene.bsdfs()[o.bsdf].albedo(up).x).collect();
+    assert_eq!(albedos, [0.5, 0.0, 0.5, 0.0]);
+    assert_eq!(scene.bsdfs().len(), 2, "shared");
+}
+
 #[test]
 fn shapes_keep_the_order_of_the_file() {
     let shapes: String = (0..40)
