@@ -6,12 +6,11 @@ use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::PathSampler;
 use crate::scene::Scene;
-use crate::scene::settings::IntegratorSettings;
+use crate::scene::settings::{DirectionSampling, IntegratorSettings};
 
 pub mod ambient_occlusion;
 pub mod aov;
 pub mod branching;
-pub mod direct_uniform;
 mod directions;
 pub mod mis;
 pub mod path;
@@ -21,7 +20,6 @@ mod tracer;
 pub use ambient_occlusion::AmbientOcclusion;
 pub use aov::Aov;
 pub use branching::Branching;
-pub use direct_uniform::DirectUniform;
 pub use path::Path;
 pub use tracer::{RayCounts, Tracer, Vertex};
 
@@ -54,8 +52,10 @@ pub type Parts<'a> = (Option<Box<dyn Integrator>>, Option<Aov<'a>>);
 pub fn build<'a>(settings: &'a IntegratorSettings, scene: &Scene) -> Parts<'a> {
     match *settings {
         IntegratorSettings::Path(ref path) => (Some(Box::new(Path::new(path, scene))), None),
+        // One branch at one bounce.
         IntegratorSettings::DirectUniform { hide_emitters } => {
-            (Some(Box::new(DirectUniform::new(hide_emitters))), None)
+            let directions = DirectionSampling::UniformHemisphere;
+            (Some(Box::new(Branching::new(1, 2, directions, hide_emitters))), None)
         }
         IntegratorSettings::Branching { branches, max_depth, directions, hide_emitters } => {
             let branching = Branching::new(branches, max_depth, directions, hide_emitters);

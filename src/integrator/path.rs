@@ -108,15 +108,9 @@ impl Integrator for Path {
         let mut throughput = Rgb::ONE;
         // Product of the relative indices that the path was refracted by.
         let mut eta = 1.0;
-        let mut edge = LastEdge::Forced;
 
-        let (mut vertex, alpha) = tracer.camera_vertex(&mut ray, s.hide_emitters);
-        let mut estimate = Estimate { radiance: Rgb::ZERO, alpha };
+        let (mut vertex, mut estimate) = tracer.camera_vertex(&mut ray, s.hide_emitters);
         for edges in 1.. {
-            // Light that is seen at the end of the last edge.
-            if edges > 1 || !s.hide_emitters {
-                estimate.radiance += throughput * self.emitted(tracer, &ray, vertex.as_ref(), edge);
-            }
             let Some(here) = &vertex else { break };
             if s.max_depth.is_some_and(|max| edges >= max) {
                 break;
@@ -139,7 +133,7 @@ impl Integrator for Path {
             }
             throughput *= sample.weight;
             eta *= sample.eta;
-            edge = if sample.delta {
+            let edge = if sample.delta {
                 LastEdge::Forced
             } else {
                 LastEdge::Chosen { from: here.surface.position, pdf: sample.pdf }
@@ -154,6 +148,9 @@ impl Integrator for Path {
             };
             throughput *= factor;
             vertex = tracer.closest_vertex(&ray);
+
+            // Light that is seen at the end of the new edge.
+            estimate.radiance += throughput * self.emitted(tracer, &ray, vertex.as_ref(), edge);
         }
         estimate
     }

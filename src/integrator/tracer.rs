@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::Estimate;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterSample, Sight};
 use crate::intersect::Intersector;
@@ -88,25 +89,27 @@ impl<'a> Tracer<'a> {
         Some(Vertex { object, hit, surface, bsdf: self.scene.bsdfs()[object.bsdf].as_ref() })
     }
 
-    /// The first vertex of a path from the camera, and 1 if `ray` met something that is part of the
-    /// picture, else 0. With `hide_emitters` the ray passes through emitters, as in Mitsuba 3, and is
+    /// The first vertex of a path from the camera, and the estimate that holds what the camera sees
+    /// without any bounce. With `hide_emitters` the ray passes through emitters, as in Mitsuba 3, and is
     /// moved behind them.
     pub fn camera_vertex(
         &mut self,
         ray: &mut Ray,
         hide_emitters: bool,
-    ) -> (Option<Vertex<'a>>, f32) {
+    ) -> (Option<Vertex<'a>>, Estimate) {
         loop {
             let vertex = self.closest_vertex(ray);
+            if !hide_emitters {
+                let radiance = self.emitted(ray, vertex.as_ref());
+                let seen = vertex.is_some() || self.scene.environment().is_some();
+                return (vertex, Estimate { radiance, alpha: f32::from(u8::from(seen)) });
+            }
             match vertex {
-                Some(ref v) if hide_emitters && v.object.emitter.is_some() => {
+                Some(ref v) if v.object.emitter.is_some() => {
                     *ray = v.surface.spawn(ray.direction).until(ray.t_max - v.hit.t);
                 }
-                Some(_) => return (vertex, 1.0),
-                None => {
-                    let seen = !hide_emitters && self.scene.environment().is_some();
-                    return (None, f32::from(u8::from(seen)));
-                }
+                Some(_) => return (vertex, Estimate { radiance: Rgb::ZERO, alpha: 1.0 }),
+                None => return (None, Estimate::default()),
             }
         }
     }
