@@ -77,6 +77,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// The nearest surface along `ray`.
+    #[inline(always)]
     pub fn closest_vertex(&mut self, ray: &Ray) -> Option<Vertex<'a>> {
         self.counts.closest += 1;
         let Some(hit) = self.engine.closest_hit(ray) else {
@@ -115,6 +116,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Whether nothing lies between a surface and the light that `sample` chose.
+    #[inline(always)]
     pub fn light_arrives(&mut self, surface: &SurfacePoint, sample: &EmitterSample) -> bool {
         let Some(ray) = sample.shadow_ray(surface) else {
             return true;

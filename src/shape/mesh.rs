@@ -129,6 +129,7 @@ impl TriangleMesh {
     }
 
     /// The surface at barycentric weights `(u, v)` of a triangle, and the triangle's area.
+    #[inline(always)]
     fn surface_at(&self, primitive: usize, b: Vec2) -> (SurfacePoint, f64) {
         let (u, v) = clamp_barycentrics(b);
         let [p0, p1, p2] = self.corners(primitive);
