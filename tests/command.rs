@@ -339,8 +339,9 @@ fn layers_alone_are_refused_as_png_before_rendering() {
 fn interrupt(folder: &Folder, arguments: &str, delay: Duration) -> Run {
     let child = folder.spawn(arguments);
     std::thread::sleep(delay);
-    let id = child.id().to_string();
-    let status = Command::new("kill").args(["-INT", &id]).status().expect("kill is there");
+    // The shell's own: a small Debian has no program of this name.
+    let kill = format!("kill -INT {}", child.id());
+    let status = Command::new("sh").args(["-c", &kill]).status().expect("a shell is there");
     assert!(status.success(), "the render had not ended by itself");
     child.wait_with_output().expect("it ends").into()
 }
