@@ -77,6 +77,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// The nearest surface along `ray`.
+    // Returned through memory, the vertex costs a twentieth of a path.
     #[inline(always)]
     pub fn closest_vertex(&mut self, ray: &Ray) -> Option<Vertex<'a>> {
         self.counts.closest += 1;
@@ -116,6 +117,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Whether nothing lies between a surface and the light that `sample` chose.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
     pub fn light_arrives(&mut self, surface: &SurfacePoint, sample: &EmitterSample) -> bool {
         let Some(ray) = sample.shadow_ray(surface) else {

@@ -41,23 +41,26 @@ const FACE_NORMALS: PropertyInfo = property(
     "shade with the normals of the faces, not of the vertices",
 );
 
-const MESH_FILE: &[PropertyInfo] = &[
-    property("filename", Kind::File, Default::Required, "the mesh"),
-    TO_WORLD,
-    FLIP_NORMALS,
-    FACE_NORMALS,
-    property(
-        "flip_tex_coords",
-        Kind::Boolean,
-        Default::Boolean(true),
-        "count v from the upper edge of a texture",
-    ),
-];
+/// The properties of a mesh file: what `filename` names, and whether v = 0 is the upper edge of a texture.
+const fn mesh_file(filename: &'static str, flip_tex_coords: bool) -> [PropertyInfo; 5] {
+    [
+        property("filename", Kind::File, Default::Required, filename),
+        TO_WORLD,
+        FLIP_NORMALS,
+        FACE_NORMALS,
+        property(
+            "flip_tex_coords",
+            Kind::Boolean,
+            Default::Boolean(flip_tex_coords),
+            "count v from the upper edge of a texture",
+        ),
+    ]
+}
 
 pub(super) static OBJ: Plugin = Plugin {
     name: "obj",
     help: "A mesh in Wavefront's text format.",
-    properties: MESH_FILE,
+    properties: &const { mesh_file("the mesh", true) },
     parts: PARTS,
     build: Build::Shape(|object| from_file(object, load_obj)),
 };
@@ -65,24 +68,10 @@ pub(super) static OBJ: Plugin = Plugin {
 pub(super) static PLY: Plugin = Plugin {
     name: "ply",
     help: "A mesh in Stanford's format, text or binary.",
-    properties: PLY_FILE,
+    properties: &const { mesh_file("the mesh; may be compressed (.gz)", false) },
     parts: PARTS,
     build: Build::Shape(|object| from_file(object, load_ply)),
 };
-
-/// As [`MESH_FILE`], but for the default of `flip_tex_coords`.
-const PLY_FILE: &[PropertyInfo] = &[
-    property("filename", Kind::File, Default::Required, "the mesh; may be compressed (.gz)"),
-    TO_WORLD,
-    FLIP_NORMALS,
-    FACE_NORMALS,
-    property(
-        "flip_tex_coords",
-        Kind::Boolean,
-        Default::Boolean(false),
-        "count v from the upper edge of a texture",
-    ),
-];
 
 pub(super) static RECTANGLE: Plugin = Plugin {
     name: "rectangle",

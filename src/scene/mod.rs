@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::bsdf::Bsdf;
 use crate::camera::Perspective;
-use crate::emitter::{Emitter, Sight};
-use crate::math::{Aabb, Rgb};
+use crate::emitter::Emitter;
+use crate::math::Aabb;
 use crate::shape::Shape;
 
 pub mod requirements;
@@ -125,12 +125,6 @@ impl Scene {
     #[must_use]
     pub fn environment(&self) -> Option<(usize, &dyn Emitter)> {
         self.environment.map(|i| (i, self.emitters[i].as_ref()))
-    }
-
-    /// Radiance that arrives along a ray that leaves the scene.
-    #[must_use]
-    pub fn environment_radiance(&self, sight: &Sight<'_>) -> Rgb {
-        self.environment().map_or(Rgb::ZERO, |(_, e)| e.radiance(sight))
     }
 
     /// The box around all shapes; `None` if there are none.

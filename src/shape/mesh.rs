@@ -129,6 +129,7 @@ impl TriangleMesh {
     }
 
     /// The surface at barycentric weights `(u, v)` of a triangle, and the triangle's area.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
     fn surface_at(&self, primitive: usize, b: Vec2) -> (SurfacePoint, f64) {
         let (u, v) = clamp_barycentrics(b);

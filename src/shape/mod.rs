@@ -124,8 +124,6 @@ pub struct ShapeSample {
     pub point: SurfacePoint,
     /// Unit direction towards it.
     pub direction: Vec3,
-    /// Distance to it, in scene units.
-    pub distance: f32,
     /// Density per solid angle, in sr⁻¹. In f64, since for a tiny and distant primitive it or its
     /// inverse leaves the range of f32, though not after the choice of the primitive is counted in.
     pub pdf: f64,
@@ -165,14 +163,12 @@ pub(crate) fn area_sample_toward(
 ) -> Option<ShapeSample> {
     let to = (point.position - from).as_dvec3();
     let distance_squared = to.length_squared();
-    let distance = distance_squared.sqrt();
-    let direction = to / distance;
+    let direction = to / distance_squared.sqrt();
     let solid_angle =
         direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
     (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {
         point,
         direction: direction.as_vec3(),
-        distance: distance as f32,
         pdf: 1.0 / solid_angle,
     })
 }

@@ -146,12 +146,7 @@ impl Shape for Sphere {
             -d * sin_squared - cos * half_chord,
         );
         let outward = frame.to_world(from_center.normalize().as_vec3()).normalize();
-        Some(ShapeSample {
-            point: self.surface_at(outward),
-            direction,
-            distance: t as f32,
-            pdf: cone.pdf(),
-        })
+        Some(ShapeSample { point: self.surface_at(outward), direction, pdf: cone.pdf() })
     }
 
     fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
