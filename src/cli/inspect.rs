@@ -27,9 +27,10 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<(), Failure> {
+        let accel = self.input.accel();
         let description = self.input.load()?.description;
         let start = Instant::now();
-        let engine = intersect::build(self.input.backend, &description.scene.shapes())?;
+        let engine = intersect::build(accel, &description.scene.shapes())?;
         let built = format!(
             "{}, {} beside the shapes' own memory, built in {:.2} s",
             engine.name(),

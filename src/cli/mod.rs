@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand};
-use telamon::intersect::Backend;
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use telamon::intersect::accel::Mode;
+use telamon::intersect::{Accel, Backend};
 use telamon::load::{LoadOptions, Loaded, load_scene};
 
 mod completions;
@@ -99,9 +101,32 @@ struct Input {
         help_heading = "Input"
     )]
     backend: Backend,
+
+    /// Set a mode of the engine; may be repeated
+    #[arg(
+        long,
+        value_name = "KEY=VALUE",
+        help_heading = "Input",
+        long_help = modes_help()
+    )]
+    accel: Vec<Mode>,
 }
 
 impl Input {
+    /// The engine in the modes that are asked for.
+    ///
+    /// Ends the process, as bad usage does, if the engine does not have them: which modes there are depends
+    /// on another option, so clap cannot tell by itself.
+    fn accel(&self) -> Accel {
+        let mut accel = Accel::from(self.backend);
+        for mode in &self.accel {
+            if let Err(error) = accel.set(mode) {
+                CommandLine::command().error(ErrorKind::ValueValidation, error).exit();
+            }
+        }
+        accel
+    }
+
     /// Loads the scene and shows the loader's warnings.
     fn load(&self) -> Result<Loaded, Failure> {
         let options = LoadOptions { defines: self.defines.clone() };
@@ -115,6 +140,17 @@ impl Input {
 fn backends() -> impl TypedValueParser<Value = Backend> {
     let names = Backend::AVAILABLE.iter().map(|b| b.name());
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Backend>())
+}
+
+/// The modes of each engine, for the help.
+fn modes_help() -> String {
+    let mut help = "Set a mode of the engine; may be repeated. Modes and their values:".to_owned();
+    for &backend in Backend::AVAILABLE {
+        for (key, values) in Accel::modes(backend) {
+            help += &format!("\n  {backend}: {key}={}", values.join("|"));
+        }
+    }
+    help
 }
 
 /// Writes to standard output. That nobody reads on (`telamon man | head -1`) is no failure.

@@ -122,6 +122,7 @@ impl Arguments {
     }
 
     fn load_and_render(&self, outputs: &[Output]) -> Result<Finished, Failure> {
+        let accel = self.input.accel();
         let start = Instant::now();
         let mut description = self.input.load()?.description;
         self.adjust(&mut description)?;
@@ -129,7 +130,7 @@ impl Arguments {
         let load = start.elapsed();
 
         let start = Instant::now();
-        let engine = intersect::build(self.input.backend, &description.scene.shapes())?;
+        let engine = intersect::build(accel, &description.scene.shapes())?;
         let build = start.elapsed();
 
         let cancel = interrupt::watch()?;

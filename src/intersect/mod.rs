@@ -11,11 +11,13 @@ use std::sync::Arc;
 use crate::ray::{Hit, Ray};
 use crate::shape::Shape;
 
+pub mod accel;
 pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
 mod moller_trumbore;
 
+pub use accel::Accel;
 pub use bvh::Bvh;
 #[cfg(feature = "embree")]
 pub use embree::Embree;
@@ -50,10 +52,10 @@ pub trait Intersector: Debug + Send + Sync {
 /// An engine by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
-    /// Debian's Embree, in robust mode.
+    /// Debian's Embree, by default in robust mode.
     #[cfg(feature = "embree")]
     Embree,
-    /// The BVH of this crate, with Möller–Trumbore triangles.
+    /// The BVH of this crate.
     Rust,
 }
 
@@ -118,18 +120,19 @@ pub enum BuildError {
     Embree(String),
 }
 
-/// Builds `backend` over `shapes`; a hit's `shape` is an index into them.
+/// Builds an engine over `shapes`; a hit's `shape` is an index into them. A [`Backend`] stands for the
+/// engine in its default modes.
 ///
 /// # Errors
 /// What the engine itself refuses, such as a build that runs out of memory.
 pub fn build(
-    backend: Backend,
+    accel: impl Into<Accel>,
     shapes: &[Arc<dyn Shape>],
 ) -> Result<Box<dyn Intersector>, BuildError> {
-    match backend {
+    match accel.into() {
         #[cfg(feature = "embree")]
-        Backend::Embree => Ok(Box::new(Embree::new(shapes)?)),
-        Backend::Rust => Ok(Box::new(Bvh::new(shapes))),
+        Accel::Embree(modes) => Ok(Box::new(Embree::new(modes, shapes)?)),
+        Accel::Rust(modes) => Ok(Box::new(Bvh::new(modes, shapes))),
     }
 }
 

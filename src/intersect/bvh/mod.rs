@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 
+use super::accel::RustModes;
 use super::moller_trumbore::Triangle;
 use super::{Intersector, for_each_ray};
 use crate::math::Aabb;
@@ -22,6 +23,7 @@ pub struct Bvh {
     /// In the order of the leaves.
     primitives: Vec<Primitive>,
     shapes: Vec<Arc<dyn Shape>>,
+    modes: RustModes,
 }
 
 /// 32 bytes: two to a cache line, and the two children of a node lie side by side.
@@ -72,7 +74,7 @@ impl Bvh {
     /// Builds over `shapes`, in parallel in the current thread pool. The tree does not depend on the
     /// number of threads.
     #[must_use]
-    pub fn new(shapes: &[Arc<dyn Shape>]) -> Self {
+    pub fn new(modes: RustModes, shapes: &[Arc<dyn Shape>]) -> Self {
         let mut primitives = Vec::new();
         let mut bounds = Vec::new();
         for (index, shape) in shapes.iter().enumerate() {
@@ -97,7 +99,7 @@ impl Bvh {
         }
         let (nodes, order) = build::build(&bounds);
         let primitives = order.iter().map(|&i| primitives[i as usize]).collect();
-        Self { nodes, primitives, shapes: shapes.to_vec() }
+        Self { nodes, primitives, shapes: shapes.to_vec(), modes }
     }
 
     fn analytic(&self, shape: u32) -> &dyn Analytic {
@@ -212,6 +214,6 @@ impl Intersector for Bvh {
     }
 
     fn name(&self) -> String {
-        format!("Rust BVH {}", env!("CARGO_PKG_VERSION"))
+        format!("Rust BVH {}, {}", env!("CARGO_PKG_VERSION"), self.modes)
     }
 }
