@@ -1,6 +1,6 @@
 //! The camera: from a position on the film to a ray.
 
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3A};
 
 use crate::ray::Ray;
 
@@ -8,7 +8,7 @@ use crate::ray::Ray;
 /// (Mitsuba's convention).
 #[derive(Clone, Copy, Debug)]
 pub struct Perspective {
-    position: Vec3,
+    position: Vec3A,
     /// World vectors such that `left * x + up * y + forward` points through film position (x, y) of
     /// the plane at distance 1, whose half width and half height they hold.
     left: DVec3,
@@ -79,7 +79,7 @@ impl Perspective {
         }
         let half_width = (0.5 * s.fov_x_deg).to_radians().tan();
         Ok(Self {
-            position: s.to_world.translation.as_vec3(),
+            position: s.to_world.translation.as_vec3a(),
             left: left * half_width,
             up: up * (half_width / s.aspect),
             forward,
@@ -102,7 +102,7 @@ impl Perspective {
         let p = film.as_dvec2() + self.principal_point_offset.as_dvec2();
         let through = self.left * (1.0 - 2.0 * p.x) + self.up * (1.0 - 2.0 * p.y) + self.forward;
         let length = through.length();
-        let direction = (through / length).as_vec3();
+        let direction = (through / length).as_vec3a();
         let ray = Ray::new(self.position, direction);
         // Along the axis `through` advances by 1, so along the unit direction by 1 / length.
         let (near, far) = (self.clip.0 * length as f32, self.clip.1 * length as f32);
@@ -130,9 +130,9 @@ mod tests {
         let camera = Perspective::new(&settings()).expect("valid");
         // 90 degrees across: half width 1 at distance 1; aspect 2: half height 0.5. +x is left.
         for (film, through) in [
-            (Vec2::new(0.5, 0.5), Vec3::Z),
-            (Vec2::new(0.0, 0.0), Vec3::new(1.0, 0.5, 1.0)),
-            (Vec2::new(1.0, 1.0), Vec3::new(-1.0, -0.5, 1.0)),
+            (Vec2::new(0.5, 0.5), Vec3A::Z),
+            (Vec2::new(0.0, 0.0), Vec3A::new(1.0, 0.5, 1.0)),
+            (Vec2::new(1.0, 1.0), Vec3A::new(-1.0, -0.5, 1.0)),
         ] {
             let ray = camera.ray(film);
             assert!(ray.direction.abs_diff_eq(through.normalize(), 1e-7), "{film}");
@@ -155,7 +155,7 @@ mod tests {
         let camera =
             Perspective::new(&PerspectiveSettings { principal_point_offset: offset, ..settings() })
                 .expect("valid");
-        assert_eq!(camera.ray(Vec2::splat(0.5) - offset).direction, Vec3::Z);
+        assert_eq!(camera.ray(Vec2::splat(0.5) - offset).direction, Vec3A::Z);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Rays and the hits that an engine reports for them.
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3A;
 
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
 ///
@@ -9,9 +9,9 @@ use glam::{Vec3, Vec3A};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where the ray starts.
-    pub origin: Vec3,
+    pub origin: Vec3A,
     /// Unit vector.
-    pub direction: Vec3,
+    pub direction: Vec3A,
     /// Hits nearer than this are ignored; at least 0.
     pub t_min: f32,
     /// Hits farther than this are ignored; may be infinite.
@@ -30,7 +30,8 @@ impl Ray {
     /// `t_min` is the smallest positive normal number and not 0, because a watertight test accepts
     /// `t == t_min`, and a surface through the origin is at exactly 0.
     #[must_use]
-    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+    pub fn new(origin: impl Into<Vec3A>, direction: impl Into<Vec3A>) -> Self {
+        let (origin, direction) = (origin.into(), direction.into());
         Self { origin, direction, t_min: f32::MIN_POSITIVE, t_max: f32::INFINITY, time: 0.0 }
     }
 
@@ -48,7 +49,7 @@ impl Ray {
     #[must_use]
     pub fn is_traceable(&self) -> bool {
         let limit = Vec3A::splat(Self::LARGEST_COORDINATE);
-        let small = |v: Vec3| Vec3A::from(v).abs().cmplt(limit).all();
+        let small = |v: Vec3A| v.abs().cmplt(limit).all();
         small(self.origin)
             && small(self.direction)
             && self.t_min >= 0.0
@@ -79,12 +80,12 @@ mod tests {
 
     #[test]
     fn rays_that_no_engine_may_see_are_recognised() {
-        let good = Ray::new(Vec3::ZERO, Vec3::Z);
+        let good = Ray::new(Vec3A::ZERO, Vec3A::Z);
         assert!(good.is_traceable());
         assert!(Ray { t_min: 0.0, time: 1.0, ..good }.is_traceable());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e20, -1e20] {
             for axis in 0..3 {
-                let mut v = Vec3::splat(0.5);
+                let mut v = Vec3A::splat(0.5);
                 v[axis] = bad;
                 assert!(!Ray { origin: v, ..good }.is_traceable(), "origin {v}");
                 assert!(!Ray { direction: v, ..good }.is_traceable(), "direction {v}");

@@ -5,7 +5,7 @@ mod support;
 
 use std::collections::BTreeSet;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 use support::materials::{Material, materials};
 use support::quadrature::{SphereGrid, direction};
 use support::stats::{Moments, chi_squared};
@@ -26,24 +26,24 @@ fn row(plugin: &str, variant: &str) -> Material {
 }
 
 /// Each view from each side that scatters light.
-fn views(material: &Material) -> Vec<Vec3> {
+fn views(material: &Material) -> Vec<Vec3A> {
     let sides = material.sides.iter();
     sides
         .flat_map(|&side| {
             VIEWS.map(|(theta, phi)| {
-                direction(theta.to_radians().cos(), phi) * Vec3::new(1.0, 1.0, side)
+                direction(theta.to_radians().cos(), phi) * Vec3A::new(1.0, 1.0, side)
             })
         })
         .collect()
 }
 
 /// Materials that have more than delta lobes on the side of `wi`.
-fn is_smooth(bsdf: &dyn Bsdf, wi: Vec3) -> bool {
+fn is_smooth(bsdf: &dyn Bsdf, wi: Vec3A) -> bool {
     points(7, 16).filter_map(|u| bsdf.sample(wi, u)).any(|s| !s.delta)
 }
 
 /// Counts of sampled directions per cell, and in one cell more what was absorbed.
-fn counts(bsdf: &dyn Bsdf, wi: Vec3, seed: u64) -> Vec<u64> {
+fn counts(bsdf: &dyn Bsdf, wi: Vec3A, seed: u64) -> Vec<u64> {
     let mut counts = vec![0; GRID.cells() + 1];
     for u in points(seed, SAMPLES) {
         let cell = bsdf.sample(wi, u).map_or(GRID.cells(), |s| GRID.cell(s.wo));
@@ -53,7 +53,7 @@ fn counts(bsdf: &dyn Bsdf, wi: Vec3, seed: u64) -> Vec<u64> {
 }
 
 /// What `pdf` says about the same cells.
-fn expected_counts(pdf: impl Fn(Vec3) -> f64) -> Vec<f64> {
+fn expected_counts(pdf: impl Fn(Vec3A) -> f64) -> Vec<f64> {
     let mut expected = GRID.integrals(pdf);
     let returned: f64 = expected.iter().sum();
     // One direction in 2²⁰ may be lost because its cosine rounds to 0.
@@ -87,12 +87,12 @@ fn samples_follow_their_density() {
 #[test]
 fn wrong_densities_are_rejected() {
     let white = row("diffuse", "white");
-    let wi = Vec3::Z;
-    let right = |wo: Vec3| f64::from(white.bsdf.pdf(wi, wo));
+    let wi = Vec3A::Z;
+    let right = |wo: Vec3A| f64::from(white.bsdf.pdf(wi, wo));
     let counts = counts(white.bsdf.as_ref(), wi, 99);
     assert!(chi_squared(&counts, &expected_counts(right), 1).is_ok());
     assert!(chi_squared(&counts, &expected_counts(|wo| 1.05 * right(wo)), 1).is_err());
-    let tilted = |wo: Vec3| (1.0 + 0.05 * f64::from(wo.x)) * right(wo);
+    let tilted = |wo: Vec3A| (1.0 + 0.05 * f64::from(wo.x)) * right(wo);
     assert!(chi_squared(&counts, &expected_counts(tilted), 1).is_err());
     let mut thinned = counts.clone();
     thinned.iter_mut().for_each(|c| *c -= *c / 20);
@@ -106,7 +106,7 @@ fn ensure(claim: bool, otherwise: impl FnOnce() -> String) -> Result<(), String>
 }
 
 /// `None`, or a sample that a path can go on with.
-fn check_sample(material: &Material, wi: Vec3, u: Vec2) -> Result<(), String> {
+fn check_sample(material: &Material, wi: Vec3A, u: Vec2) -> Result<(), String> {
     const ULP: f32 = f32::EPSILON / 2.0;
     let Some(s) = material.bsdf.sample(wi, u) else { return Ok(()) };
     let BsdfSample { wo, weight, pdf, delta, eta } = s;
@@ -120,7 +120,7 @@ fn check_sample(material: &Material, wi: Vec3, u: Vec2) -> Result<(), String> {
     ensure(kept, || format!("energy {energy} in {s:?}"))?;
     let (value, density) = (material.bsdf.eval(wi, wo), material.bsdf.pdf(wi, wo));
     if delta {
-        return ensure(value == Vec3::ZERO && density == 0.0, || {
+        return ensure(value == Vec3A::ZERO && density == 0.0, || {
             format!("delta lobe with eval {value} and pdf {density}")
         });
     }
@@ -138,7 +138,7 @@ fn samples_agree_with_eval_and_pdf() {
     // Just above the horizon, down to where the square of the cosine underflows.
     let extremes = [1e-3, 1e-6, 1e-20, 1e-40].map(|z| direction(z, 0.3));
     for material in &materials() {
-        let mirrored = |w: &Vec3| *w * Vec3::new(1.0, 1.0, -1.0);
+        let mirrored = |w: &Vec3A| *w * Vec3A::new(1.0, 1.0, -1.0);
         for wi in views(material).iter().chain(&extremes).flat_map(|w| [*w, mirrored(w)]) {
             for u in points(61, 10_000).chain(corners()) {
                 check_sample(material, wi, u)
@@ -153,13 +153,13 @@ fn samples_agree_with_eval_and_pdf() {
 struct Wrong(Box<dyn Bsdf>);
 
 impl Bsdf for Wrong {
-    fn eval(&self, wi: Vec3, wo: Vec3) -> Vec3 {
+    fn eval(&self, wi: Vec3A, wo: Vec3A) -> Vec3A {
         self.0.eval(wi, wo)
     }
-    fn pdf(&self, wi: Vec3, wo: Vec3) -> f32 {
+    fn pdf(&self, wi: Vec3A, wo: Vec3A) -> f32 {
         1.05 * self.0.pdf(wi, wo)
     }
-    fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         self.0.sample(wi, u).map(|s| BsdfSample { weight: s.weight * 1.05, ..s })
     }
     fn is_delta(&self) -> bool {
@@ -168,7 +168,7 @@ impl Bsdf for Wrong {
     fn transmits(&self) -> bool {
         self.0.transmits()
     }
-    fn albedo(&self, wi: Vec3) -> Vec3 {
+    fn albedo(&self, wi: Vec3A) -> Vec3A {
         self.0.albedo(wi)
     }
 }
@@ -178,7 +178,7 @@ fn wrong_materials_are_rejected() {
     for material in materials().into_iter().filter(|m| m.variant != "black") {
         let name = material.name();
         let wrong = Material { bsdf: Box::new(Wrong(material.bsdf)), ..material };
-        let wi = Vec3::new(0.6, 0.0, 0.8);
+        let wi = Vec3A::new(0.6, 0.0, 0.8);
         let refused = points(62, 100).any(|u| check_sample(&wrong, wi, u).is_err());
         // Too much energy shows only where a lobe carries nearly all; a density shows everywhere.
         assert!(refused || wrong.bsdf.is_delta(), "{name}");
@@ -188,7 +188,7 @@ fn wrong_materials_are_rejected() {
 }
 
 /// The scattered fraction in the first channel, without the factor that refraction adds.
-fn albedo_of(bsdf: &dyn Bsdf, wi: Vec3, seed: u64) -> Moments {
+fn albedo_of(bsdf: &dyn Bsdf, wi: Vec3A, seed: u64) -> Moments {
     let value = |s: BsdfSample| f64::from(s.weight.x) * f64::from(s.eta).powi(2);
     Moments::of(points(seed, 100_000).map(|u| bsdf.sample(wi, u).map_or(0.0, value)))
 }
@@ -226,7 +226,7 @@ fn reflection_is_reciprocal() {
     }
 }
 
-fn direction_of(u: Vec2) -> Vec3 {
+fn direction_of(u: Vec2) -> Vec3A {
     telamon::math::warp::square_to_uniform_sphere(u)
 }
 
@@ -238,7 +238,7 @@ fn nothing_passes_what_is_opaque() {
             let (wi, wo) = (direction_of(a), direction_of(b));
             let seen = material.sides.contains(&wi.z.signum());
             if !seen || wi.z * wo.z < 0.0 {
-                assert_eq!(material.bsdf.eval(wi, wo), Vec3::ZERO, "{}", material.name());
+                assert_eq!(material.bsdf.eval(wi, wo), Vec3A::ZERO, "{}", material.name());
                 assert_eq!(material.bsdf.pdf(wi, wo), 0.0, "{}", material.name());
             }
             if let Some(s) = material.bsdf.sample(wi, a) {
@@ -264,7 +264,7 @@ const INDICES: [(f32, f32); 5] =
 #[test]
 fn refraction_keeps_the_law_of_snell() {
     for (int_ior, ext_ior) in INDICES {
-        let glass = Dielectric::new(int_ior, ext_ior, Vec3::ONE, Vec3::ONE);
+        let glass = Dielectric::new(int_ior, ext_ior, Vec3A::ONE, Vec3A::ONE);
         for u in points_3d(81, 10_000) {
             let wi = direction_of(u.truncate());
             let (near, far) = if wi.z > 0.0 { (ext_ior, int_ior) } else { (int_ior, ext_ior) };
@@ -292,7 +292,7 @@ fn refraction_keeps_the_law_of_snell() {
 #[test]
 fn interfaces_are_symmetric_and_keep_energy() {
     for (int_ior, ext_ior) in INDICES {
-        let glass = Dielectric::new(int_ior, ext_ior, Vec3::ONE, Vec3::ONE);
+        let glass = Dielectric::new(int_ior, ext_ior, Vec3A::ONE, Vec3A::ONE);
         for u in points(82, 10_000) {
             let wi = direction_of(u);
             let reflected = glass.sample(wi, Vec2::ZERO).expect("glass absorbs nothing");
@@ -330,12 +330,12 @@ fn no_angle_makes_glass_fail() {
     let near = (-3i32..=3).map(|step| f32::from_bits((critical.to_bits() as i32 + step) as u32));
     for z in near.chain([1.0, 1e-7, 1e-20, f32::MIN_POSITIVE, 1e-45]) {
         for side in [1.0, -1.0] {
-            let wi = Vec3::new((1.0 - z * z).sqrt(), 0.0, side * z);
+            let wi = Vec3A::new((1.0 - z * z).sqrt(), 0.0, side * z);
             for u in points(83, 1_000).chain(corners()) {
                 check_sample(&glass, wi, u).unwrap_or_else(|what| panic!("{wi} {u}: {what}"));
                 assert!(glass.bsdf.sample(wi, u).is_some(), "{wi} is absorbed");
             }
         }
     }
-    assert!(glass.bsdf.sample(Vec3::X, Vec2::splat(0.5)).is_none(), "a direction in the surface");
+    assert!(glass.bsdf.sample(Vec3A::X, Vec2::splat(0.5)).is_none(), "a direction in the surface");
 }

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3A};
 use support::lights::{Light, emitters, lights, sphere, square, triangle};
 use support::rays::trace;
 use support::stats::{Moments, chi_squared};
@@ -23,7 +23,7 @@ use telamon::shape::{Shape, TriangleMesh};
 const SAMPLES: u32 = 100_000;
 
 /// Irradiance at `from` on a surface that faces `normal`, one estimate for each sample.
-fn irradiance(light: &dyn Emitter, from: Vec3, normal: Vec3, seed: u64) -> Moments {
+fn irradiance(light: &dyn Emitter, from: Vec3A, normal: Vec3A, seed: u64) -> Moments {
     Moments::of(points(seed, SAMPLES).map(|u| {
         light.sample_toward(from, u).map_or(0.0, |s| {
             let cosine = s.direction.as_dvec3().dot(normal.as_dvec3()).max(0.0);
@@ -50,7 +50,7 @@ fn irradiance_is_what_the_closed_forms_say() {
     let lights = lights();
     for (seed, light) in (1..).zip(&lights) {
         let Light { name, shape, from, normal, irradiance: expected, .. } = light;
-        let area = Area::new(Arc::clone(shape), Vec3::ONE).expect("has an area");
+        let area = Area::new(Arc::clone(shape), Vec3A::ONE).expect("has an area");
         let estimate = irradiance(&area, *from, *normal, seed);
         estimate
             .has_mean(*expected, lights.len())
@@ -63,16 +63,16 @@ fn irradiance_is_what_the_closed_forms_say() {
 /// Five triangles somewhere above the floor, each seen from the floor.
 #[test]
 fn triangles_agree_with_lambert() {
-    let corners: Vec<Vec3> =
-        support::points_3d(301, 15).map(|u| u * 2.0 - Vec3::new(1.0, 1.0, -0.2)).collect();
+    let corners: Vec<Vec3A> =
+        support::points_3d(301, 15).map(|u| u * 2.0 - Vec3A::new(1.0, 1.0, -0.2)).collect();
     for (seed, corners) in (302..).zip(corners.chunks(3)) {
         let mut corners = [corners[0], corners[1], corners[2]];
         if (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(corners[0]) > 0.0 {
             corners.swap(1, 2);
         }
         let expected = lambert(&corners.map(|c| c.as_dvec3()), DVec3::ZERO, DVec3::Z);
-        let area = Area::new(triangle(corners), Vec3::ONE).expect("has an area");
-        let estimate = irradiance(&area, Vec3::ZERO, Vec3::Z, seed);
+        let area = Area::new(triangle(corners), Vec3A::ONE).expect("has an area");
+        let estimate = irradiance(&area, Vec3A::ZERO, Vec3A::Z, seed);
         estimate.has_mean(expected, 5).unwrap_or_else(|figures| panic!("{corners:?}: {figures}"));
         assert!(estimate.has_mean(1.02 * expected, 1).is_err(), "{corners:?}: {estimate:?}");
     }
@@ -87,11 +87,11 @@ fn spheres_of_all_sizes_send_what_they_should() {
         for (radius, distance) in [(size as f32, 1.0), (1.0, (1.0 / size) as f32)] {
             let ratio = f64::from(radius) / f64::from(distance);
             let light =
-                Area::new(sphere(Vec3::Z * distance, radius), Vec3::ONE).expect("has an area");
-            irradiance(&light, Vec3::ZERO, Vec3::Z, seed)
+                Area::new(sphere(Vec3A::Z * distance, radius), Vec3A::ONE).expect("has an area");
+            irradiance(&light, Vec3A::ZERO, Vec3A::Z, seed)
                 .has_mean(PI * ratio * ratio, 14)
                 .unwrap_or_else(|figures| panic!("{radius} at {distance}: {figures}"));
-            let s = light.sample_toward(Vec3::ZERO, Vec2::splat(0.5)).expect("seen");
+            let s = light.sample_toward(Vec3A::ZERO, Vec2::splat(0.5)).expect("seen");
             // 1 − cos = s²/(1 + c); six roundings.
             let solid_angle = 2.0 * PI * ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt());
             let relative = f64::from(s.weight.x) / solid_angle - 1.0;
@@ -108,11 +108,11 @@ fn the_seen_side_of_a_sphere_is_covered() {
     let axis = DVec3::new(1.0, 2.0, 3.0).normalize();
     let across = axis.any_orthonormal_vector();
     for (seed, ratio) in (411..).zip([0.5f32, 1e-2, 1e-4, 1e-6, 1e-7]) {
-        let light = Area::new(sphere(axis.as_vec3(), ratio), Vec3::ONE).expect("has an area");
+        let light = Area::new(sphere(axis.as_vec3a(), ratio), Vec3A::ONE).expect("has an area");
         let mut counts = [0; 20];
         let mut lost = 0;
         for u in points(seed, SAMPLES) {
-            let Some(s) = light.sample_toward(Vec3::ZERO, u) else {
+            let Some(s) = light.sample_toward(Vec3A::ZERO, u) else {
                 lost += 1;
                 continue;
             };
@@ -136,7 +136,12 @@ fn the_seen_side_of_a_sphere_is_covered() {
 }
 
 /// What a ray from `from` sees of a light, and the density that the light claims for it.
-fn density_seen(area: &Area, shape: &dyn Shape, from: Vec3, direction: Vec3) -> Option<(f32, f64)> {
+fn density_seen(
+    area: &Area,
+    shape: &dyn Shape,
+    from: Vec3A,
+    direction: Vec3A,
+) -> Option<(f32, f64)> {
     let ray = Ray::new(from, direction);
     let hit = trace(shape, &ray)?;
     let point = shape.surface(&ray, &hit);
@@ -148,7 +153,7 @@ fn density_seen(area: &Area, shape: &dyn Shape, from: Vec3, direction: Vec3) -> 
 #[test]
 fn both_densities_are_one() {
     for (seed, light) in (501..).zip(&lights()) {
-        let area = Area::new(Arc::clone(&light.shape), Vec3::ONE).expect("has an area");
+        let area = Area::new(Arc::clone(&light.shape), Vec3A::ONE).expect("has an area");
         let (mut seen, mut missed) = (0, 0);
         for u in corners() {
             let usable = |s: EmitterSample| s.pdf > 0.0 && s.weight.is_finite();
@@ -181,27 +186,29 @@ fn both_densities_are_one() {
 /// A flat light from behind, from its own plane, from its own points: nothing, and no NaN.
 #[test]
 fn lights_are_dark_where_they_must_be() {
-    let light = Area::new(square(1.0, Vec3::ZERO), Vec3::ONE).expect("has an area");
+    let light = Area::new(square(1.0, Vec3A::ZERO), Vec3A::ONE).expect("has an area");
     // The square faces −z.
-    for from in [Vec3::Z, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.5, 0.25, 0.0), Vec3::ZERO] {
+    for from in [Vec3A::Z, Vec3A::new(3.0, 0.0, 0.0), Vec3A::new(0.5, 0.25, 0.0), Vec3A::ZERO] {
         for u in points(601, 1_000).chain(corners()) {
             assert!(light.sample_toward(from, u).is_none(), "from {from}");
         }
     }
-    let shape = square(1.0, Vec3::ZERO);
-    let (pdf, _) = density_seen(&light, shape.as_ref(), Vec3::Z, Vec3::NEG_Z).expect("hit");
+    let shape = square(1.0, Vec3A::ZERO);
+    let (pdf, _) = density_seen(&light, shape.as_ref(), Vec3A::Z, Vec3A::NEG_Z).expect("hit");
     assert_eq!(pdf, 0.0, "the back is never sampled");
-    let point = Point::new(Vec3::ONE, Vec3::ONE);
-    assert!(point.sample_toward(Vec3::ONE, Vec2::ZERO).is_none());
+    let point = Point::new(Vec3A::ONE, Vec3A::ONE);
+    assert!(point.sample_toward(Vec3A::ONE, Vec2::ZERO).is_none());
 }
 
 /// A square of side 1e-10 at a distance of 1e10: a solid angle of 1e-40.
 #[test]
 fn tiny_and_distant_lights_stay_finite() {
-    let light = Area::new(square(0.5e-10, Vec3::Z * 1e10), Vec3::splat(1e20)).expect("has an area");
-    irradiance(&light, Vec3::ZERO, Vec3::Z, 602).has_mean(1e-20, 1).expect("Le A / d²");
-    let blinding = Area::new(square(1.0, Vec3::Z * 10.0), Vec3::splat(1e30)).expect("has an area");
-    let s = blinding.sample_toward(Vec3::ZERO, Vec2::splat(0.3)).expect("seen");
+    let light =
+        Area::new(square(0.5e-10, Vec3A::Z * 1e10), Vec3A::splat(1e20)).expect("has an area");
+    irradiance(&light, Vec3A::ZERO, Vec3A::Z, 602).has_mean(1e-20, 1).expect("Le A / d²");
+    let blinding =
+        Area::new(square(1.0, Vec3A::Z * 10.0), Vec3A::splat(1e30)).expect("has an area");
+    let s = blinding.sample_toward(Vec3A::ZERO, Vec2::splat(0.3)).expect("seen");
     assert!(s.weight.is_finite() && s.pdf.is_finite(), "{s:?}");
 }
 
@@ -210,21 +217,21 @@ fn tiny_and_distant_lights_stay_finite() {
 #[test]
 fn slivers_do_not_disturb_a_mesh_light() {
     for leg in [1.414e-6f32, 1.414e-25] {
-        let mut positions = vec![Vec3::ZERO, Vec3::X * leg, Vec3::Y * leg];
-        positions.extend([Vec3::ZERO, Vec3::X, Vec3::Y]);
+        let mut positions = vec![Vec3A::ZERO, Vec3A::X * leg, Vec3A::Y * leg];
+        positions.extend([Vec3A::ZERO, Vec3A::X, Vec3A::Y]);
         let mut triangles = vec![[0, 1, 2]; 999_999];
         triangles.push([3, 4, 5]);
-        let positions = positions.into_iter().map(Into::into).collect();
+        let positions = positions.into_iter().collect();
         let (mesh, dropped) =
             TriangleMesh::new(positions, triangles, Vec::new(), Vec::new()).expect("valid");
         assert_eq!(dropped.degenerate, 0);
         let mesh = Arc::new(mesh);
-        let light = Area::new(mesh.clone(), Vec3::ONE).expect("has an area");
-        let from = Vec3::new(0.2, 0.2, 1.0);
+        let light = Area::new(mesh.clone(), Vec3A::ONE).expect("has an area");
+        let from = Vec3A::new(0.2, 0.2, 1.0);
         let polygon = [DVec3::ZERO, DVec3::X, DVec3::Y];
         // The small ones add 1e-6 of the power at most.
         let expected = lambert(&polygon, from.as_dvec3(), DVec3::NEG_Z);
-        irradiance(&light, from, Vec3::NEG_Z, 603).has_mean(expected, 2).expect("Lambert");
+        irradiance(&light, from, Vec3A::NEG_Z, 603).has_mean(expected, 2).expect("Lambert");
         // u = 0 chooses the first of the small ones.
         let s = light.sample_toward(from, Vec2::ZERO).expect("seen");
         let LightOrigin::Surface(point) = s.origin else { panic!("no surface") };
@@ -240,15 +247,15 @@ fn slivers_do_not_disturb_a_mesh_light() {
 fn directions_inside_a_sphere_follow_their_density() {
     let grid = support::quadrature::SphereGrid { rows: 10, columns: 20 };
     let shape: Arc<dyn Shape> =
-        Arc::new(telamon::shape::Sphere::new(Vec3::ZERO, 2.0, Frame::from_normal(Vec3::Z), true));
-    let light = Area::new(Arc::clone(&shape), Vec3::ONE).expect("has an area");
-    let from = Vec3::new(0.9, -0.4, 0.5);
+        Arc::new(telamon::shape::Sphere::new(Vec3A::ZERO, 2.0, Frame::from_normal(Vec3A::Z), true));
+    let light = Area::new(Arc::clone(&shape), Vec3A::ONE).expect("has an area");
+    let from = Vec3A::new(0.9, -0.4, 0.5);
     let mut counts = vec![0; grid.cells()];
     for u in points(604, SAMPLES) {
         counts[grid.cell(light.sample_toward(from, u).expect("all of it is seen").direction)] += 1;
     }
     let seen =
-        |w: Vec3| density_seen(&light, shape.as_ref(), from, w).map_or(0.0, |(pdf, _)| pdf.into());
+        |w: Vec3A| density_seen(&light, shape.as_ref(), from, w).map_or(0.0, |(pdf, _)| pdf.into());
     let expected: Vec<f64> = grid.integrals(seen).iter().map(|p| p * f64::from(SAMPLES)).collect();
     chi_squared(&counts, &expected, 1).unwrap_or_else(|table| panic!("{table}"));
     let uniform = vec![f64::from(SAMPLES) / grid.cells() as f64; grid.cells()];
@@ -261,7 +268,7 @@ fn every_emitter_lights_a_plane() {
     let tested: BTreeSet<_> = emitters.iter().map(|(plugin, ..)| *plugin).collect();
     assert_eq!(tested, plugin_names(Category::Emitter), "each has a row of the table");
     for (seed, (plugin, emitter, expected)) in (605..).zip(&emitters) {
-        let estimate = irradiance(emitter.as_ref(), Vec3::ZERO, Vec3::Z, seed);
+        let estimate = irradiance(emitter.as_ref(), Vec3A::ZERO, Vec3A::Z, seed);
         estimate
             .has_mean(*expected, emitters.len())
             .unwrap_or_else(|figures| panic!("{plugin}: {figures}"));
@@ -277,16 +284,16 @@ fn every_shape_is_tested_as_a_light() {
 
 #[test]
 fn both_densities_of_the_environment_are_one() {
-    let sky = Constant::new(Vec3::new(1.0, 2.0, 3.0));
-    let s = sky.sample_toward(Vec3::ZERO, Vec2::splat(0.2)).expect("seen from everywhere");
-    let sight = Sight { from: Vec3::ZERO, direction: s.direction, surface: None };
+    let sky = Constant::new(Vec3A::new(1.0, 2.0, 3.0));
+    let s = sky.sample_toward(Vec3A::ZERO, Vec2::splat(0.2)).expect("seen from everywhere");
+    let sight = Sight { from: Vec3A::ZERO, direction: s.direction, surface: None };
     assert_eq!(s.pdf, sky.pdf_toward(&sight));
     assert!((s.weight * s.pdf - sky.radiance(&sight)).abs().max_element() < 1e-6);
 }
 
 fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {
     powers
-        .map(|power| Box::new(Point::new(Vec3::ZERO, Vec3::splat(power))) as Box<dyn Emitter>)
+        .map(|power| Box::new(Point::new(Vec3A::ZERO, Vec3A::splat(power))) as Box<dyn Emitter>)
         .into()
 }
 
@@ -316,7 +323,7 @@ fn one_emitter_is_always_chosen() {
     assert_eq!(uniform.probability(0), 0.5);
     // An environment has half of the choices, whatever the others' power; all if they are dark.
     let mut with_sky = two_lights([1.0, 3.0]);
-    with_sky.push(Box::new(Constant::new(Vec3::ONE)));
+    with_sky.push(Box::new(Constant::new(Vec3A::ONE)));
     let power = EmitterChoice::new(ChoicePolicy::Power, &with_sky);
     assert_eq!([0, 1, 2].map(|i| power.probability(i)), [0.125, 0.375, 0.5]);
     let dark = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([0.0, 0.0]));

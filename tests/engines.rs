@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec2, Vec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec2, Vec3A};
 use telamon::intersect::{self, Backend, Intersector};
 use telamon::math::{Frame, warp};
 use telamon::ray::{Hit, Ray};
@@ -10,14 +10,14 @@ use telamon::sampler::{Independent, PathSampler};
 use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
 
 /// A sphere of radius `r` as a closed mesh of 2 · rings · segments triangles.
-fn sphere_mesh(center: Vec3, r: f32, rings: u32, segments: u32) -> TriangleMesh {
+fn sphere_mesh(center: Vec3A, r: f32, rings: u32, segments: u32) -> TriangleMesh {
     let mut positions = Vec::new();
     for ring in 0..=rings {
         let theta = std::f32::consts::PI * ring as f32 / rings as f32;
         for segment in 0..segments {
             let phi = std::f32::consts::TAU * segment as f32 / segments as f32;
-            let n = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-            positions.push(Vec3A::from(center + n * r));
+            let n = Vec3A::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+            positions.push(center + n * r);
         }
     }
     let mut triangles = Vec::new();
@@ -41,10 +41,10 @@ fn shapes() -> Vec<Arc<dyn Shape>> {
         DVec3::new(0.0, 0.0, 4.0),
     );
     let (cube, _) = primitives::cube(DAffine3::from_translation(DVec3::new(4.0, 0.0, 0.0)), false);
-    let axes = Frame::from_normal(Vec3::Z);
+    let axes = Frame::from_normal(Vec3A::Z);
     vec![
-        Arc::new(sphere_mesh(Vec3::ZERO, 1.0, 40, 80)),
-        Arc::new(Sphere::new(Vec3::new(-4.0, 0.0, 0.0), 1.25, axes, false)),
+        Arc::new(sphere_mesh(Vec3A::ZERO, 1.0, 40, 80)),
+        Arc::new(Sphere::new(Vec3A::new(-4.0, 0.0, 0.0), 1.25, axes, false)),
         Arc::new(Disk::new(tilted, false).expect("not singular")),
         Arc::new(cube),
         Arc::new(TriangleMesh::default()),
@@ -57,9 +57,9 @@ fn rays(count: u32) -> Vec<Ray> {
     (0..count)
         .map(|i| {
             let mut u = PathSampler::new(&sampler, i, 0);
-            let mut cube = || Vec3::new(u.next_1d(), u.next_1d(), u.next_1d()) * 2.0 - 1.0;
+            let mut cube = || Vec3A::new(u.next_1d(), u.next_1d(), u.next_1d()) * 2.0 - 1.0;
             let origin = cube() * 7.0;
-            let target = cube() * Vec3::new(5.5, 1.5, 5.0);
+            let target = cube() * Vec3A::new(5.5, 1.5, 5.0);
             let ray = Ray::new(origin, (target - origin).normalize());
             if i % 3 == 0 { ray.until(10.0 * u.next_1d()) } else { ray }
         })
@@ -76,7 +76,7 @@ fn single_rays_and_batches_agree() {
     let shapes = shapes();
     let mut rays = rays(10_003);
     rays[17].origin.x = f32::NAN;
-    rays[4711].direction = Vec3::splat(f32::INFINITY);
+    rays[4711].direction = Vec3A::splat(f32::INFINITY);
     for engine in engines(&shapes) {
         let mut hits = vec![None; rays.len()];
         engine.closest_hits(&rays, &mut hits);
@@ -129,13 +129,13 @@ fn engines_agree() {
 #[test]
 fn untraceable_rays_miss() {
     let shapes = shapes();
-    let good = Ray::new(Vec3::new(0.1, 0.1, -3.0), Vec3::Z);
+    let good = Ray::new(Vec3A::new(0.1, 0.1, -3.0), Vec3A::Z);
     for engine in engines(&shapes) {
         assert!(engine.closest_hit(&good).is_some());
         let mut bad = Vec::new();
         for value in [f32::NAN, f32::INFINITY, 1e20] {
-            bad.push(Ray { origin: Vec3::new(value, 0.0, 0.0), ..good });
-            bad.push(Ray { direction: Vec3::new(0.0, value, 1.0), ..good });
+            bad.push(Ray { origin: Vec3A::new(value, 0.0, 0.0), ..good });
+            bad.push(Ray { direction: Vec3A::new(0.0, value, 1.0), ..good });
         }
         bad.extend([-1.0, f32::NAN].map(|t_min| Ray { t_min, ..good }));
         bad.push(Ray { t_max: f32::NAN, ..good });
@@ -152,8 +152,8 @@ fn nothing_to_hit_is_never_hit() {
     let empty = TriangleMesh::default();
     for shapes in [Vec::new(), vec![Arc::new(empty) as Arc<dyn Shape>]] {
         for engine in engines(&shapes) {
-            assert_eq!(engine.closest_hit(&Ray::new(Vec3::ZERO, Vec3::X)), None);
-            assert!(!engine.occluded(&Ray::new(Vec3::ZERO, Vec3::X)));
+            assert_eq!(engine.closest_hit(&Ray::new(Vec3A::ZERO, Vec3A::X)), None);
+            assert!(!engine.occluded(&Ray::new(Vec3A::ZERO, Vec3A::X)));
         }
     }
 }
@@ -164,7 +164,7 @@ fn nothing_to_hit_is_never_hit() {
 fn denormal_numbers_survive() {
     let halve = || std::hint::black_box(f32::MIN_POSITIVE) * std::hint::black_box(0.5);
     for engine in engines(&shapes()) {
-        let ray = Ray::new(Vec3::new(0.1, 0.1, -3.0), Vec3::Z);
+        let ray = Ray::new(Vec3A::new(0.1, 0.1, -3.0), Vec3A::Z);
         assert!(engine.closest_hit(&ray).is_some());
         assert_eq!(halve(), f32::from_bits(0x0040_0000), "{}", engine.name());
         for half in rayon::broadcast(|_| (engine.closest_hit(&ray), halve()).1) {
@@ -180,7 +180,7 @@ fn surfaces_are_left() {
     for exponent in [-6, -2, 0, 3, 6] {
         for distance in [0.0, 1.0, 1e3] {
             let size = 10f32.powi(exponent);
-            let center = Vec3::new(0.3, -0.5, 0.8) * distance * size;
+            let center = Vec3A::new(0.3, -0.5, 0.8) * distance * size;
             let mesh: Arc<dyn Shape> = Arc::new(sphere_mesh(center, size, 20, 40));
             let shapes = [mesh];
             for engine in engines(&shapes) {
@@ -216,7 +216,7 @@ fn coincident_triangles_build() {
         .0;
     let shapes: [Arc<dyn Shape>; 1] = [Arc::new(mesh)];
     for engine in engines(&shapes) {
-        let ray = Ray::new(Vec2::splat(0.25).extend(-1.0), Vec3::Z);
+        let ray = Ray::new(Vec2::splat(0.25).extend(-1.0), Vec3A::Z);
         // Embree's own tolerance is 16 ulp.
         let t = engine.closest_hit(&ray).expect("in the middle").t;
         assert!((t - 1.0).abs() < 16.0 * f32::EPSILON, "{}: {t}", engine.name());

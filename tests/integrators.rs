@@ -4,7 +4,7 @@ mod support;
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3A};
 use support::stats::Moments;
 use telamon::bsdf::{Bsdf, Conductor, Dielectric, Diffuse};
 use telamon::emitter::{Area, ChoicePolicy, Constant, Emitter};
@@ -60,7 +60,7 @@ fn closed_cube() -> Arc<dyn Shape> {
 
 /// The inside of the unit sphere.
 fn closed_sphere() -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(Vec3::ZERO, 1.0, Frame::from_normal(Vec3::Z), true))
+    Arc::new(Sphere::new(Vec3A::ZERO, 1.0, Frame::from_normal(Vec3A::Z), true))
 }
 
 /// A closed room whose walls emit 1 and have this albedo: radiance 1/(1 − albedo) everywhere.
@@ -83,7 +83,7 @@ fn estimates(scene: &Scene, settings: &IntegratorSettings, count: u32) -> Vec<f6
         .map(|i| {
             let mut numbers = PathSampler::new(&sampler, i, 0);
             let direction = warp::square_to_uniform_sphere(numbers.next_2d());
-            let ray = Ray::new(Vec3::new(0.1, -0.2, 0.05), direction);
+            let ray = Ray::new(Vec3A::new(0.1, -0.2, 0.05), direction);
             f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
         })
         .collect();
@@ -210,7 +210,7 @@ fn roulette_keeps_the_mean_and_has_the_variance_of_theory() {
 /// A room with one small light, a mirror, glass and grey walls: no closed form, one mean.
 fn varied_room() -> Scene {
     let sphere = |x, y, radius| -> Arc<dyn Shape> {
-        Arc::new(Sphere::new(Vec3::new(x, y, 0.0), radius, Frame::from_normal(Vec3::Z), false))
+        Arc::new(Sphere::new(Vec3A::new(x, y, 0.0), radius, Frame::from_normal(Vec3A::Z), false))
     };
     let at = DAffine3::from_translation(DVec3::new(0.0, 0.95, 0.0))
         * DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2)
@@ -272,11 +272,11 @@ fn white_things_vanish_in_a_white_sky() {
     ];
     for bsdf in materials {
         let name = format!("{bsdf:?}");
-        let outward = |center: Vec3| -> Arc<dyn Shape> {
-            Arc::new(Sphere::new(center, 0.5, Frame::from_normal(Vec3::Z), false))
+        let outward = |center: Vec3A| -> Arc<dyn Shape> {
+            Arc::new(Sphere::new(center, 0.5, Frame::from_normal(Vec3A::Z), false))
         };
         let object = |shape| Object { name: String::new(), shape, bsdf: 0, emitter: None };
-        let objects = vec![object(outward(Vec3::X)), object(outward(Vec3::NEG_X * 2.0))];
+        let objects = vec![object(outward(Vec3A::X)), object(outward(Vec3A::NEG_X * 2.0))];
         let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
         let scene = Scene::new(objects, vec![bsdf], vec![sky], Some(0)).expect("indices in range");
         let settings = path(PathSettings {
@@ -310,7 +310,7 @@ fn ambient_occlusion_is_one_minus_the_form_factor() {
         let (integrator, _) = build(&settings, &scene);
         let integrator = integrator.expect("makes a picture");
         let mut tracer = Tracer::new(&scene, engine.as_ref());
-        let ray = Ray::new(Vec3::new(0.0, 0.0, 0.5), Vec3::NEG_Z);
+        let ray = Ray::new(Vec3A::new(0.0, 0.0, 0.5), Vec3A::NEG_Z);
         let values = (0..100_000).map(|i| {
             let mut numbers = PathSampler::new(&sampler, i, 0);
             f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
@@ -329,7 +329,7 @@ fn no_light_leaks_through_a_floor() {
     let floor: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(0.0, 10.0), false).0);
     let light: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(-0.1, 5.0), false).0);
     let glass: Arc<dyn Shape> =
-        Arc::new(Sphere::new(Vec3::Z, 1.0, Frame::from_normal(Vec3::Z), false));
+        Arc::new(Sphere::new(Vec3A::Z, 1.0, Frame::from_normal(Vec3A::Z), false));
     let emitter = Area::new(Arc::clone(&light), Rgb::ONE).expect("an area");
     let bsdfs: Vec<Box<dyn Bsdf>> = vec![
         Box::new(Diffuse::new(Rgb::splat(0.5))),
@@ -346,8 +346,8 @@ fn no_light_leaks_through_a_floor() {
         let sampler = Independent::new(1);
         for i in 0..100_000 {
             let mut numbers = PathSampler::new(&sampler, i, 0);
-            let target = (numbers.next_2d() * 4.0 - 2.0).extend(0.0);
-            let origin = Vec3::new(3.0, 0.0, 4.0);
+            let target = Vec3A::from((numbers.next_2d() * 4.0 - 2.0).extend(0.0));
+            let origin = Vec3A::new(3.0, 0.0, 4.0);
             let ray = Ray::new(origin, (target - origin).normalize());
             let radiance = integrator.estimate(&mut tracer, &ray, &mut numbers).radiance;
             assert_eq!(radiance, Rgb::ZERO, "{backend}: path {i}");

@@ -5,7 +5,7 @@ mod support;
 use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 use support::pictures::{parse, picture, read};
 use telamon::film::picture::{Picture, Values};
 use telamon::film::{Film, FilterSampler};
@@ -157,7 +157,7 @@ fn passes_do_not_change_the_film() {
             let ray = description.camera.ray(position / size);
             sum + integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.as_dvec3()
         });
-        assert_eq!((sum / 131.0).as_vec3(), radiance, "{x}, {y}");
+        assert_eq!((sum / 131.0).as_vec3a(), radiance, "{x}, {y}");
     }
 }
 
@@ -269,7 +269,7 @@ fn layers_hold_the_first_surface() {
             // Coordinates up to 5 with an error of some roundings each, 2⁻²⁴ of that.
             let near = |a: f32, b: f32| (a - b).abs() <= 16.0 * 5.0 * f32::EPSILON;
             assert!(x.abs() <= 1.001 && y.abs() <= 1.001 && near(z, 0.0), "{middle:?}");
-            assert!(near(middle[0], Vec3::new(x, y, 5.0 - z).length()), "{middle:?}");
+            assert!(near(middle[0], Vec3A::new(x, y, 5.0 - z).length()), "{middle:?}");
             // The loader turns v round, as Mitsuba does for OBJ files.
             let uv = [(x + 2.0) / 4.0, (2.0 - y) / 4.0];
             let expected = [0.0, 0.0, 1.0, 0.6, 0.0, 0.8, uv[0], uv[1], 0.25, 0.5, 0.75];

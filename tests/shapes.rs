@@ -3,7 +3,7 @@
 
 mod support;
 
-use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3A};
 use support::points;
 use support::rays::trace;
 use telamon::math::{Frame, warp};
@@ -29,12 +29,12 @@ const fn seen(origin: [f32; 3], direction: [f32; 3], uv: [f32; 2], normal: [f32;
 
 fn assert_seen(name: &str, shape: &dyn Shape, expected: &[Expected]) {
     for e in expected {
-        let ray = Ray::new(e.origin.into(), e.direction.into());
+        let ray = Ray::new(e.origin, e.direction);
         let hit = trace(shape, &ray).unwrap_or_else(|| panic!("{name}: missed"));
         let (uv, point) = (shape.uv(&ray, &hit), shape.surface(&ray, &hit));
         // The literals have six digits.
         assert!((uv - Vec2::from(e.uv)).length() < 2e-6, "{name}: uv {uv}, expected {:?}", e.uv);
-        let normal = Vec3::from(e.normal);
+        let normal = Vec3A::from(e.normal);
         assert!((point.shading_normal - normal).length() < 2e-6, "{name}: {point:?}");
         assert!((point.geometric_normal - normal).length() < 2e-6, "{name}: {point:?}");
     }
@@ -81,20 +81,20 @@ fn cubes_are_those_of_mitsuba() {
 /// acos(0.8) / π = 0.204833.
 #[test]
 fn spheres_are_those_of_mitsuba() {
-    let world = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
+    let world = Frame { s: Vec3A::X, t: Vec3A::Y, n: Vec3A::Z };
     let expected = [
         seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [0.6, 0.8, 0.0]),
         seen([0.6, -3.0, 0.0], [0.0, 1.0, 0.0], [0.852_416, 0.5], [0.6, -0.8, 0.0]),
         seen([-0.6, 0.0, 3.0], DOWN, [0.5, 0.204_833], [-0.6, 0.0, 0.8]),
         seen([-0.6, 0.0, -3.0], [0.0, 0.0, 1.0], [0.5, 0.795_167], [-0.6, 0.0, -0.8]),
     ];
-    assert_seen("sphere", &Sphere::new(Vec3::ZERO, 1.0, world, false), &expected);
+    assert_seen("sphere", &Sphere::new(Vec3A::ZERO, 1.0, world, false), &expected);
     // Turned by 90 degrees about x: y goes to z, z to -y.
-    let turned = Frame { s: Vec3::X, t: Vec3::Z, n: Vec3::NEG_Y };
+    let turned = Frame { s: Vec3A::X, t: Vec3A::Z, n: Vec3A::NEG_Y };
     let expected = [seen([0.0, 0.6, 3.0], DOWN, [0.25, 0.704_833], [0.0, 0.6, 0.8])];
-    assert_seen("turned", &Sphere::new(Vec3::ZERO, 1.0, turned, false), &expected);
+    assert_seen("turned", &Sphere::new(Vec3A::ZERO, 1.0, turned, false), &expected);
     let expected = [seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [-0.6, -0.8, 0.0])];
-    assert_seen("flipped", &Sphere::new(Vec3::ZERO, 1.0, world, true), &expected);
+    assert_seen("flipped", &Sphere::new(Vec3A::ZERO, 1.0, world, true), &expected);
 }
 
 /// u is the radius, v the azimuth in turns.
@@ -121,12 +121,12 @@ fn disks_are_those_of_mitsuba() {
 #[test]
 fn distant_spheres_have_exact_normals() {
     for (radius, distance) in [(1.0f32, 1e3f32), (1.0, 1e6), (1e-3, 1e3), (1e-6, 1.0)] {
-        let axis = Vec3::new(1.0, 2.0, 3.0).normalize();
-        let sphere = Sphere::new(axis * distance, radius, Frame::from_normal(Vec3::Z), false);
+        let axis = Vec3A::new(1.0, 2.0, 3.0).normalize();
+        let sphere = Sphere::new(axis * distance, radius, Frame::from_normal(Vec3A::Z), false);
         let center = (axis * distance).as_dvec3();
         let mut hits = 0;
         for u in points(1, 10_000) {
-            let across = Frame::from_normal(axis).to_world((u * 1.8 - 0.9).extend(0.0));
+            let across = Frame::from_normal(axis).to_world((u * 1.8 - 0.9).extend(0.0).into());
             // Parallel to the line to the centre, so that most rays hit.
             let ray = Ray::new(across * radius, axis);
             let Some(hit) = trace(&sphere, &ray) else {
@@ -152,8 +152,8 @@ const CENTERS: [f32; 4] = [0.0, 1.0, -100.0, 1e5];
 #[test]
 fn rays_leave_spheres() {
     for (size, center) in [1e-3f32, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
-        let center = Vec3::new(center, -0.7 * center, 0.3 * center);
-        let sphere = Sphere::new(center, size, Frame::from_normal(Vec3::Z), false);
+        let center = Vec3A::new(center, -0.7 * center, 0.3 * center);
+        let sphere = Sphere::new(center, size, Frame::from_normal(Vec3A::Z), false);
         for (a, b) in points(11, 2_000).zip(points(12, 2_000)) {
             let side = warp::square_to_uniform_sphere(a);
             let ray = Ray::new(center + side * (3.0 * size), -side);
@@ -189,7 +189,7 @@ fn rays_leave_disks() {
         let to_world = DAffine3::from_mat3_translation(turn * shear * size, offset);
         let disk = Disk::new(to_world, false).expect("not singular");
         for (a, b) in points(21, 2_000).zip(points(22, 2_000)) {
-            let s = disk.sample_primitive(0, Vec3::splat(3e5), a).expect("seen");
+            let s = disk.sample_primitive(0, Vec3A::splat(3e5), a).expect("seen");
             let direction = warp::square_to_uniform_sphere(b);
             let again = trace(&disk, &s.point.spawn(direction));
             assert_eq!(again, None, "{size} at {center}: {direction}");
@@ -208,7 +208,7 @@ fn rays_leave_triangles_on_their_own_side() {
     let all: Vec<f32> = coordinates(31).map(|x| x as f32).collect();
     let mut tested = 0;
     for corners in all.chunks(9) {
-        let corners = [0, 3, 6].map(|i| Vec3::new(corners[i], corners[i + 1], corners[i + 2]));
+        let corners = [0, 3, 6].map(|i| Vec3A::new(corners[i], corners[i + 1], corners[i + 2]));
         let [a, b, c] = corners.map(|p| p.as_dvec3());
         let across = (b - a).cross(c - a);
         if across.length_squared() < 1e-20 {
@@ -219,7 +219,7 @@ fn rays_leave_triangles_on_their_own_side() {
         let (mesh, _) =
             TriangleMesh::new(positions, vec![[0, 1, 2]], Vec::new(), Vec::new()).expect("valid");
         for (u, w) in points(32, 100).zip(points(33, 100)) {
-            let Some(s) = mesh.sample_primitive(0, Vec3::splat(1e9), u) else {
+            let Some(s) = mesh.sample_primitive(0, Vec3A::splat(1e9), u) else {
                 continue;
             };
             assert_leaves(&s.point, a, exact_normal, warp::square_to_uniform_sphere(w));
@@ -229,7 +229,7 @@ fn rays_leave_triangles_on_their_own_side() {
     assert!(tested > 80_000, "only {tested} rays");
 }
 
-fn assert_leaves(point: &SurfacePoint, corner: DVec3, exact_normal: DVec3, direction: Vec3) {
+fn assert_leaves(point: &SurfacePoint, corner: DVec3, exact_normal: DVec3, direction: Vec3A) {
     let error = (point.geometric_normal.as_dvec3() - exact_normal).length();
     // Coordinates rounded once from f64.
     assert!(error < 1.1e-7, "normal {} is off by {error}", point.geometric_normal);
@@ -249,7 +249,7 @@ fn assert_leaves(point: &SurfacePoint, corner: DVec3, exact_normal: DVec3, direc
 #[test]
 fn offsets_are_small() {
     let square = primitives::rectangle(DAffine3::from_translation(DVec3::ONE), false).0;
-    let ray = Ray::new(Vec3::new(1.2, 1.1, 5.0), Vec3::NEG_Z);
+    let ray = Ray::new(Vec3A::new(1.2, 1.1, 5.0), Vec3A::NEG_Z);
     let hit = trace(&square, &ray).expect("in front");
     let offset = square.surface(&ray, &hit).offset;
     // 32 · 2⁻²⁴ · |z| with z = 1.

@@ -5,7 +5,7 @@ mod support;
 
 use std::f64::consts::TAU;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 use support::quadrature::SphereGrid;
 use support::stats::chi_squared;
 use support::{corners, points, stratified_points_and_corners};
@@ -20,9 +20,9 @@ const SAMPLES: u32 = 200_000;
 /// A map to unit vectors.
 struct DirectionWarp {
     name: &'static str,
-    map: fn(Vec2) -> Vec3,
-    pdf: fn(Vec3) -> f32,
-    inverse: fn(Vec3) -> Vec2,
+    map: fn(Vec2) -> Vec3A,
+    pdf: fn(Vec3A) -> f32,
+    inverse: fn(Vec3A) -> Vec2,
 }
 
 const DIRECTION_WARPS: [DirectionWarp; 3] = [
@@ -51,13 +51,13 @@ const CONES: [f32; 6] = [1.0, 0.3, 1e-3, 1e-6, 1e-10, 1e-14];
 
 const GRID: SphereGrid = SphereGrid { rows: 10, columns: 20 };
 
-fn direction_counts(map: impl Fn(Vec2) -> Vec3, seed: u64) -> Vec<u64> {
+fn direction_counts(map: impl Fn(Vec2) -> Vec3A, seed: u64) -> Vec<u64> {
     let mut counts = vec![0; GRID.cells()];
     points(seed, SAMPLES).for_each(|u| counts[GRID.cell(map(u))] += 1);
     counts
 }
 
-fn expected(pdf: fn(Vec3) -> f32, scale: f64) -> Vec<f64> {
+fn expected(pdf: fn(Vec3A) -> f32, scale: f64) -> Vec<f64> {
     let integrals = GRID.integrals(|w| f64::from(pdf(w)));
     integrals.into_iter().map(|p| p * scale * f64::from(SAMPLES)).collect()
 }
@@ -142,7 +142,7 @@ fn cone_counts(one_minus_cos: f32, claimed: f32, seed: u64) -> Vec<u64> {
         let row = sin_squared / (1.0 + (1.0 - sin_squared).max(0.0).sqrt()) / f64::from(claimed);
         let z = 2.0 * row.min(1.0) - 1.0;
         let r = (1.0 - z * z).max(0.0).sqrt() / sin_squared.sqrt().max(f64::MIN_POSITIVE);
-        counts[GRID.cell(glam::DVec3::new(w.x * r, w.y * r, z).as_vec3())] += 1;
+        counts[GRID.cell(glam::DVec3::new(w.x * r, w.y * r, z).as_vec3a())] += 1;
     }
     counts
 }
@@ -172,7 +172,7 @@ fn disk_points_are_uniform_and_return() {
         |u| {
             let p = warp::square_to_uniform_disk(u);
             let z = (2.0 * p.length_squared() - 1.0).clamp(-1.0, 1.0);
-            (p.normalize_or_zero() * (1.0 - z * z).sqrt()).extend(z)
+            (p.normalize_or_zero() * (1.0 - z * z).sqrt()).extend(z).into()
         },
         42,
     );

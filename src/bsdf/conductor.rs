@@ -1,6 +1,6 @@
 //! Smooth metals and ideal mirrors.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Bsdf, BsdfSample, fresnel};
 use crate::math::Rgb;
@@ -31,17 +31,17 @@ impl Conductor {
 }
 
 impl Bsdf for Conductor {
-    fn eval(&self, _wi: Vec3, _wo: Vec3) -> Rgb {
+    fn eval(&self, _wi: Vec3A, _wo: Vec3A) -> Rgb {
         Rgb::ZERO
     }
 
-    fn pdf(&self, _wi: Vec3, _wo: Vec3) -> f32 {
+    fn pdf(&self, _wi: Vec3A, _wo: Vec3A) -> f32 {
         0.0
     }
 
-    fn sample(&self, wi: Vec3, _u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wi: Vec3A, _u: Vec2) -> Option<BsdfSample> {
         (wi.z > 0.0).then(|| BsdfSample {
-            wo: Vec3::new(-wi.x, -wi.y, wi.z),
+            wo: Vec3A::new(-wi.x, -wi.y, wi.z),
             weight: self.albedo(wi),
             pdf: 1.0,
             delta: true,
@@ -57,7 +57,7 @@ impl Bsdf for Conductor {
         false
     }
 
-    fn albedo(&self, wi: Vec3) -> Rgb {
+    fn albedo(&self, wi: Vec3A) -> Rgb {
         if wi.z <= 0.0 {
             return Rgb::ZERO;
         }

@@ -1,6 +1,6 @@
 //! Smooth glass.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Bsdf, BsdfSample, fresnel};
 use crate::math::Rgb;
@@ -29,31 +29,31 @@ impl Dielectric {
 }
 
 impl Bsdf for Dielectric {
-    fn eval(&self, _wi: Vec3, _wo: Vec3) -> Rgb {
+    fn eval(&self, _wi: Vec3A, _wo: Vec3A) -> Rgb {
         Rgb::ZERO
     }
 
-    fn pdf(&self, _wi: Vec3, _wo: Vec3) -> f32 {
+    fn pdf(&self, _wi: Vec3A, _wo: Vec3A) -> f32 {
         0.0
     }
 
     /// Chooses between the two in proportion to what they carry, so that the Fresnel term leaves the
     /// weight.
-    fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         if wi.z == 0.0 {
             return None;
         }
         let f = fresnel::dielectric(wi.z, self.eta);
         if u.x < f.reflectance {
             return Some(BsdfSample {
-                wo: Vec3::new(-wi.x, -wi.y, wi.z),
+                wo: Vec3A::new(-wi.x, -wi.y, wi.z),
                 weight: self.specular_reflectance,
                 pdf: f.reflectance,
                 delta: true,
                 eta: 1.0,
             });
         }
-        let wo = Vec3::new(-wi.x / f.eta, -wi.y / f.eta, f.cos_t).try_normalize()?;
+        let wo = Vec3A::new(-wi.x / f.eta, -wi.y / f.eta, f.cos_t).try_normalize()?;
         Some(BsdfSample {
             wo,
             // Radiance is squeezed into a smaller cone on the denser side (Veach 1997, section 5.2).
@@ -72,7 +72,7 @@ impl Bsdf for Dielectric {
         true
     }
 
-    fn albedo(&self, wi: Vec3) -> Rgb {
+    fn albedo(&self, wi: Vec3A) -> Rgb {
         let reflected = fresnel::dielectric(wi.z, self.eta).reflectance;
         self.specular_reflectance * reflected + self.specular_transmittance * (1.0 - reflected)
     }

@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Bsdf, BsdfSample};
 use crate::math::{Rgb, warp};
@@ -22,15 +22,15 @@ impl Diffuse {
 }
 
 impl Bsdf for Diffuse {
-    fn eval(&self, wi: Vec3, wo: Vec3) -> Rgb {
+    fn eval(&self, wi: Vec3A, wo: Vec3A) -> Rgb {
         if wi.z > 0.0 && wo.z > 0.0 { self.reflectance * (FRAC_1_PI * wo.z) } else { Rgb::ZERO }
     }
 
-    fn pdf(&self, wi: Vec3, wo: Vec3) -> f32 {
+    fn pdf(&self, wi: Vec3A, wo: Vec3A) -> f32 {
         if wi.z > 0.0 { warp::square_to_cosine_hemisphere_pdf(wo) } else { 0.0 }
     }
 
-    fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         let wo = warp::square_to_cosine_hemisphere(u);
         let pdf = warp::square_to_cosine_hemisphere_pdf(wo);
         // The cosine and π cancel in the weight.
@@ -51,7 +51,7 @@ impl Bsdf for Diffuse {
         false
     }
 
-    fn albedo(&self, wi: Vec3) -> Rgb {
+    fn albedo(&self, wi: Vec3A) -> Rgb {
         if wi.z > 0.0 { self.reflectance } else { Rgb::ZERO }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use crate::math::{Rgb, type_word};
 
@@ -23,15 +23,15 @@ pub use twosided::TwoSided;
 /// surface, in a local frame whose z is the shading normal. Values are per channel, linear sRGB.
 pub trait Bsdf: Debug + Send + Sync {
     /// f(wi, wo)·|cosθₒ| in sr⁻¹. A delta lobe evaluates to 0.
-    fn eval(&self, wi: Vec3, wo: Vec3) -> Rgb;
+    fn eval(&self, wi: Vec3A, wo: Vec3A) -> Rgb;
 
     /// Density with which [`Bsdf::sample`] returns `wo`, in sr⁻¹. A delta lobe has density 0. Integrates
     /// over all `wo` to the probability that `sample` returns a direction of a non-delta lobe.
-    fn pdf(&self, wi: Vec3, wo: Vec3) -> f32;
+    fn pdf(&self, wi: Vec3A, wo: Vec3A) -> f32;
 
     /// A direction for the path to go on, chosen by `u` in `[0, 1)²`. `None` where the surface
     /// absorbs, or cannot be seen from `wi`.
-    fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample>;
+    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample>;
 
     /// Whether all lobes are delta lobes, so that only [`Bsdf::sample`] finds light.
     fn is_delta(&self) -> bool;
@@ -41,7 +41,7 @@ pub trait Bsdf: Debug + Send + Sync {
 
     /// The fraction of light from `wi` that is scattered, as shown in an albedo layer; exact where a
     /// closed form exists.
-    fn albedo(&self, wi: Vec3) -> Rgb;
+    fn albedo(&self, wi: Vec3A) -> Rgb;
 
     /// Name of the material's type, for reports.
     fn kind(&self) -> &'static str {
@@ -53,7 +53,7 @@ pub trait Bsdf: Debug + Send + Sync {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample {
     /// The direction.
-    pub wo: Vec3,
+    pub wo: Vec3A,
     /// f·|cosθₒ|/pdf, or the reflectance or transmittance of a delta lobe over its probability.
     pub weight: Rgb,
     /// Density per solid angle; for a delta lobe, its discrete probability.

@@ -1,6 +1,6 @@
 //! Materials for surfaces that are seen from both sides.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Bsdf, BsdfSample};
 use crate::math::Rgb;
@@ -22,27 +22,27 @@ impl TwoSided {
     }
 
     /// The material on the side of `w`, and the factor for z that makes it a front side.
-    fn side(&self, w: Vec3) -> (&dyn Bsdf, Vec3) {
+    fn side(&self, w: Vec3A) -> (&dyn Bsdf, Vec3A) {
         if w.z < 0.0 {
-            (self.back.as_ref().unwrap_or(&self.front).as_ref(), Vec3::new(1.0, 1.0, -1.0))
+            (self.back.as_ref().unwrap_or(&self.front).as_ref(), Vec3A::new(1.0, 1.0, -1.0))
         } else {
-            (self.front.as_ref(), Vec3::ONE)
+            (self.front.as_ref(), Vec3A::ONE)
         }
     }
 }
 
 impl Bsdf for TwoSided {
-    fn eval(&self, wi: Vec3, wo: Vec3) -> Rgb {
+    fn eval(&self, wi: Vec3A, wo: Vec3A) -> Rgb {
         let (bsdf, mirror) = self.side(wi);
         bsdf.eval(wi * mirror, wo * mirror)
     }
 
-    fn pdf(&self, wi: Vec3, wo: Vec3) -> f32 {
+    fn pdf(&self, wi: Vec3A, wo: Vec3A) -> f32 {
         let (bsdf, mirror) = self.side(wi);
         bsdf.pdf(wi * mirror, wo * mirror)
     }
 
-    fn sample(&self, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         let (bsdf, mirror) = self.side(wi);
         bsdf.sample(wi * mirror, u).map(|s| BsdfSample { wo: s.wo * mirror, ..s })
     }
@@ -55,7 +55,7 @@ impl Bsdf for TwoSided {
         false
     }
 
-    fn albedo(&self, wi: Vec3) -> Rgb {
+    fn albedo(&self, wi: Vec3A) -> Rgb {
         let (bsdf, mirror) = self.side(wi);
         bsdf.albedo(wi * mirror)
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
 use crate::math::{Discrete, Rgb, luminance};
@@ -30,7 +30,7 @@ impl Area {
 }
 
 impl Emitter for Area {
-    fn sample_toward(&self, from: Vec3, u: Vec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, from: Vec3A, u: Vec2) -> Option<EmitterSample> {
         let (primitive, rest) = self.primitives.sample(u.x);
         let sample = self.shape.sample_primitive(primitive, from, Vec2::new(rest, u.y))?;
         if !is_front(&sample.point, sample.direction) {
@@ -39,7 +39,7 @@ impl Emitter for Area {
         let pdf = sample.pdf * self.primitives.probability(primitive);
         Some(EmitterSample {
             direction: sample.direction,
-            weight: (self.radiance.as_dvec3() / pdf).as_vec3(),
+            weight: (self.radiance.as_dvec3() / pdf).as_vec3a(),
             pdf: narrow(pdf),
             origin: LightOrigin::Surface(sample.point),
         })
@@ -68,7 +68,7 @@ impl Emitter for Area {
 }
 
 /// Whether `direction` arrives at the side that emits.
-fn is_front(point: &SurfacePoint, direction: Vec3) -> bool {
+fn is_front(point: &SurfacePoint, direction: Vec3A) -> bool {
     point.geometric_normal.dot(direction) < 0.0
 }
 

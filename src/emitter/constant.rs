@@ -1,6 +1,6 @@
 //! A uniform environment.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
 use crate::math::{Rgb, warp};
@@ -20,7 +20,7 @@ impl Constant {
 }
 
 impl Emitter for Constant {
-    fn sample_toward(&self, _from: Vec3, u: Vec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, _from: Vec3A, u: Vec2) -> Option<EmitterSample> {
         Some(EmitterSample {
             direction: warp::square_to_uniform_sphere(u),
             weight: self.radiance / warp::UNIFORM_SPHERE_PDF,

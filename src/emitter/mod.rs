@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use crate::math::{Rgb, type_word};
 use crate::ray::Ray;
@@ -22,7 +22,7 @@ pub use point::Point;
 pub trait Emitter: Debug + Send + Sync {
     /// A direction in which light from this emitter may arrive at `from`, chosen by `u` in `[0, 1)²`.
     /// `None` where none can.
-    fn sample_toward(&self, from: Vec3, u: Vec2) -> Option<EmitterSample>;
+    fn sample_toward(&self, from: Vec3A, u: Vec2) -> Option<EmitterSample>;
 
     /// Density with which [`Emitter::sample_toward`] chooses what is seen, in sr⁻¹; 0 for an emitter
     /// that no ray can hit.
@@ -46,9 +46,9 @@ pub trait Emitter: Debug + Send + Sync {
 #[derive(Clone, Copy, Debug)]
 pub struct Sight<'a> {
     /// Where the ray started.
-    pub from: Vec3,
+    pub from: Vec3A,
     /// Its unit direction.
-    pub direction: Vec3,
+    pub direction: Vec3A,
     /// The primitive and the point on it that the ray hit; `None` if it left the scene.
     pub surface: Option<(usize, &'a SurfacePoint)>,
 }
@@ -57,7 +57,7 @@ pub struct Sight<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
     /// Unit direction towards the light.
-    pub direction: Vec3,
+    pub direction: Vec3A,
     /// Radiance over density; for an emitter without extent its intensity over squared distance.
     pub weight: Rgb,
     /// Density per solid angle. Infinitely many directions miss an emitter without extent, and 0
@@ -73,7 +73,7 @@ pub enum LightOrigin {
     /// A point of an emitting surface.
     Surface(SurfacePoint),
     /// A point in space.
-    Point(Vec3),
+    Point(Vec3A),
     /// Outside of the scene.
     Infinity,
 }

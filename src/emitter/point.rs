@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
 use crate::math::{Rgb, luminance};
@@ -10,26 +10,26 @@ use crate::math::{Rgb, luminance};
 /// The same radiant intensity in all directions from a point; no ray hits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    position: Vec3,
+    position: Vec3A,
     intensity: Rgb,
 }
 
 impl Point {
     /// `intensity` in W·sr⁻¹.
     #[must_use]
-    pub fn new(position: Vec3, intensity: Rgb) -> Self {
+    pub fn new(position: Vec3A, intensity: Rgb) -> Self {
         Self { position, intensity }
     }
 }
 
 impl Emitter for Point {
-    fn sample_toward(&self, from: Vec3, _u: Vec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, from: Vec3A, _u: Vec2) -> Option<EmitterSample> {
         let to = self.position.as_dvec3() - from.as_dvec3();
         let distance_squared = to.length_squared();
-        let weight = (self.intensity.as_dvec3() / distance_squared).as_vec3();
+        let weight = (self.intensity.as_dvec3() / distance_squared).as_vec3a();
         // At the light itself the direction is undefined.
         (distance_squared > 0.0 && weight.is_finite()).then(|| EmitterSample {
-            direction: (to / distance_squared.sqrt()).as_vec3(),
+            direction: (to / distance_squared.sqrt()).as_vec3a(),
             weight,
             pdf: 0.0,
             origin: LightOrigin::Point(self.position),

@@ -154,7 +154,7 @@ impl Film {
     /// Mean radiance of each pixel of the crop, row by row; 0 where there is no sample.
     #[must_use]
     pub fn radiance(&self) -> Vec<Rgb> {
-        self.by_rows(|tile, i| (tile.picture[i].radiance / tile.divisor(i)).as_vec3())
+        self.by_rows(|tile, i| (tile.picture[i].radiance / tile.divisor(i)).as_vec3a())
     }
 
     /// Mean alpha likewise.

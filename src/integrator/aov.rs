@@ -1,6 +1,6 @@
 //! Layers beside the picture: properties of the first surface that a camera ray meets.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use super::{Tracer, Vertex};
 use crate::ray::Ray;
@@ -46,7 +46,7 @@ impl<'a> Aov<'a> {
                 | AovKind::GeometricNormal
                 | AovKind::ShadingNormal
                 | AovKind::Albedo => {
-                    let triple = vertex.map_or(Vec3::ZERO, |v| triple(layer.kind, v, ray));
+                    let triple = vertex.map_or(Vec3A::ZERO, |v| triple(layer.kind, v, ray));
                     triple.to_array().into_iter().for_each(&mut number);
                 }
             }
@@ -55,7 +55,7 @@ impl<'a> Aov<'a> {
 }
 
 /// The layers of three components.
-fn triple(kind: AovKind, vertex: &Vertex<'_>, ray: &Ray) -> Vec3 {
+fn triple(kind: AovKind, vertex: &Vertex<'_>, ray: &Ray) -> Vec3A {
     match kind {
         AovKind::Position => vertex.surface.position,
         AovKind::GeometricNormal => vertex.surface.geometric_normal,

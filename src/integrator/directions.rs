@@ -1,6 +1,6 @@
 //! How the next direction of a path is chosen.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::math::warp;
@@ -9,7 +9,7 @@ use crate::scene::settings::DirectionSampling;
 impl DirectionSampling {
     /// A direction to go on from `wi`; see [`Bsdf::sample`], which is asked where this is
     /// [`DirectionSampling::Bsdf`] and for ideal mirrors and glass, that no hemisphere would find.
-    pub(super) fn sample(self, bsdf: &dyn Bsdf, wi: Vec3, u: Vec2) -> Option<BsdfSample> {
+    pub(super) fn sample(self, bsdf: &dyn Bsdf, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         let warp = match self {
             Self::Bsdf => return bsdf.sample(wi, u),
             _ if bsdf.is_delta() => return bsdf.sample(wi, u),
@@ -35,7 +35,7 @@ impl DirectionSampling {
     }
 
     /// Density with which [`DirectionSampling::sample`] chooses `wo`, in sr⁻¹.
-    pub(super) fn pdf(self, bsdf: &dyn Bsdf, wi: Vec3, wo: Vec3) -> f32 {
+    pub(super) fn pdf(self, bsdf: &dyn Bsdf, wi: Vec3A, wo: Vec3A) -> f32 {
         match self {
             Self::Bsdf => bsdf.pdf(wi, wo),
             _ if bsdf.is_delta() => 0.0,
@@ -46,8 +46,8 @@ impl DirectionSampling {
     }
 
     /// Density in the hemisphere of `wo`.
-    fn hemisphere_pdf(self, wo: Vec3) -> f32 {
-        let above = Vec3::new(wo.x, wo.y, wo.z.abs());
+    fn hemisphere_pdf(self, wo: Vec3A) -> f32 {
+        let above = Vec3A::new(wo.x, wo.y, wo.z.abs());
         match self {
             Self::UniformHemisphere => warp::square_to_uniform_hemisphere_pdf(above),
             Self::Bsdf | Self::CosineHemisphere => warp::square_to_cosine_hemisphere_pdf(above),

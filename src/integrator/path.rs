@@ -1,6 +1,6 @@
 //! The path tracer: the single-sum path integral, one path a sample.
 
-use glam::Vec3;
+use glam::Vec3A;
 
 use super::tracer::{Shading, sight};
 use super::{Estimate, Integrator, Tracer, Vertex};
@@ -25,7 +25,7 @@ enum LastEdge {
     /// By the camera or by a delta lobe: no shadow ray could have gone the same way.
     Forced,
     /// From a surface at `from`, with density `pdf`.
-    Chosen { from: Vec3, pdf: f32 },
+    Chosen { from: Vec3A, pdf: f32 },
 }
 
 impl Path {

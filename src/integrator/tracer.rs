@@ -1,6 +1,6 @@
 //! What every integrator asks of a scene: the next vertex of a path, and whether light gets through.
 
-use glam::Vec3;
+use glam::Vec3A;
 
 use super::Estimate;
 use crate::bsdf::Bsdf;
@@ -159,7 +159,11 @@ impl<'a> Tracer<'a> {
 }
 
 /// The line of sight from `from` to `vertex`, or out of the scene.
-pub(super) fn sight<'v>(from: Vec3, direction: Vec3, vertex: Option<&'v Vertex<'_>>) -> Sight<'v> {
+pub(super) fn sight<'v>(
+    from: Vec3A,
+    direction: Vec3A,
+    vertex: Option<&'v Vertex<'_>>,
+) -> Sight<'v> {
     let surface = vertex.map(|v| (v.hit.primitive as usize, &v.surface));
     Sight { from, direction, surface }
 }
@@ -170,9 +174,9 @@ pub(super) fn sight<'v>(from: Vec3, direction: Vec3, vertex: Option<&'v Vertex<'
 pub(super) struct Shading<'a> {
     bsdf: &'a dyn Bsdf,
     frame: Frame,
-    geometric_normal: Vec3,
+    geometric_normal: Vec3A,
     /// Where the path came from, local.
-    pub(super) wi: Vec3,
+    pub(super) wi: Vec3A,
     /// Cosine of the same with the geometric normal.
     cos_geometric: f32,
 }
@@ -200,24 +204,24 @@ impl<'a> Shading<'a> {
         &self,
         directions: DirectionSampling,
         sampler: &mut PathSampler<'_>,
-    ) -> Option<(Vec3, Rgb)> {
+    ) -> Option<(Vec3A, Rgb)> {
         let sample = directions.sample(self.bsdf, self.wi, sampler.next_2d())?;
         let direction = self.to_world(sample.wo);
         self.sides_agree(sample.wo, direction).then_some((direction, sample.weight))
     }
 
-    pub(super) fn to_local(&self, direction: Vec3) -> Vec3 {
+    pub(super) fn to_local(&self, direction: Vec3A) -> Vec3A {
         self.frame.to_local(direction)
     }
 
-    pub(super) fn to_world(&self, local: Vec3) -> Vec3 {
+    pub(super) fn to_world(&self, local: Vec3A) -> Vec3A {
         self.frame.to_world(local)
     }
 
     /// Whether the shading normal and the geometric normal agree on which side of the surface `wo` is
     /// (local and world form of one direction): whether it is a reflection for both, or for neither.
     /// Where they do not, light would leak through the surface (Veach 1997, section 5.3).
-    pub(super) fn sides_agree(&self, wo: Vec3, wo_world: Vec3) -> bool {
+    pub(super) fn sides_agree(&self, wo: Vec3A, wo_world: Vec3A) -> bool {
         let reflected = self.wi.z * wo.z > 0.0;
         let reflected_geometrically =
             self.cos_geometric * self.geometric_normal.dot(wo_world) > 0.0;
@@ -225,7 +229,7 @@ impl<'a> Shading<'a> {
     }
 
     /// f·|cosθ| towards a world direction; 0 where the normals disagree about the side.
-    pub(super) fn eval(&self, wo: Vec3, wo_world: Vec3) -> Rgb {
+    pub(super) fn eval(&self, wo: Vec3A, wo_world: Vec3A) -> Rgb {
         if self.sides_agree(wo, wo_world) { self.bsdf.eval(self.wi, wo) } else { Rgb::ZERO }
     }
 }

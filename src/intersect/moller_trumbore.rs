@@ -24,16 +24,17 @@ impl Triangle {
     /// is compared with 0 and nothing else: any other bound would be a length, and lose small triangles.
     /// The comparisons are written so that NaN fails them.
     pub(super) fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
-        let p = ray.direction.cross(self.edge_2);
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+        let p = direction.cross(self.edge_2);
         let determinant = self.edge_1.dot(p);
         if determinant == 0.0 {
             return None;
         }
         let inverse = 1.0 / determinant;
-        let to_origin = ray.origin - self.vertex;
+        let to_origin = origin - self.vertex;
         let u = to_origin.dot(p) * inverse;
         let q = to_origin.cross(self.edge_1);
-        let v = ray.direction.dot(q) * inverse;
+        let v = direction.dot(q) * inverse;
         let t = self.edge_2.dot(q) * inverse;
         let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
         (inside && t >= ray.t_min && t <= ray.t_max && t.is_finite()).then_some((t, u, v))

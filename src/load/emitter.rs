@@ -68,7 +68,7 @@ fn point(object: &Object<'_>) -> Result<Light, Issue> {
     } else {
         object.point("position")
     };
-    let position = position.as_vec3();
+    let position = position.as_vec3a();
     if !position.is_finite() {
         return Err(Issue::new(object.place(), "the light is farther away than an f32 can hold"));
     }

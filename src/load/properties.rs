@@ -165,7 +165,7 @@ impl<'a> Object<'a> {
 
     pub(super) fn rgb(&self, name: &str) -> Rgb {
         match (self.value(name), self.number(name), self.default(name)) {
-            (Some(Value::Rgb(v)), _, _) => v.as_vec3(),
+            (Some(Value::Rgb(v)), _, _) => v.as_vec3a(),
             (_, Some(v), _) | (_, _, Default::Grey(v)) => Rgb::splat(v as f32),
             _ => unreachable!("{IN_TABLE}"),
         }

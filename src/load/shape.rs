@@ -173,7 +173,7 @@ fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
         let message = "`to_world` of a sphere must scale all axes alike, and not to 0";
         Issue::new(object.place_of("to_world"), message).with_help("an ellipsoid has to be a mesh")
     })?;
-    let center = to_world.transform_point3(object.point("center")).as_vec3();
+    let center = to_world.transform_point3(object.point("center")).as_vec3a();
     let radius = (object.float("radius") * scale.abs()) as f32;
     if !(radius > 0.0 && radius.is_finite()) {
         return Err(Issue::new(
@@ -199,7 +199,7 @@ fn similarity(map: DMat3) -> Option<(f64, Frame)> {
     let rotation = unit * (1.0 / scale);
     let deviation = (rotation.transpose() * rotation - DMat3::IDENTITY).to_cols_array();
     let similar = deviation.into_iter().all(|d| d.abs() <= TOLERANCE);
-    let axis = |v: glam::DVec3| v.normalize().as_vec3();
+    let axis = |v: glam::DVec3| v.normalize().as_vec3a();
     similar.then(|| {
         let [s, t, n] = [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(axis);
         (scale * largest, Frame { s, t, n })

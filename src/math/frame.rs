@@ -1,16 +1,16 @@
 //! Orthonormal frames.
 
-use glam::Vec3;
+use glam::Vec3A;
 
 /// A right-handed orthonormal basis `(s, t, n)`: local x, y, z in world coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Local x.
-    pub s: Vec3,
+    pub s: Vec3A,
     /// Local y.
-    pub t: Vec3,
+    pub t: Vec3A,
     /// Local z: the normal.
-    pub n: Vec3,
+    pub n: Vec3A,
 }
 
 impl Frame {
@@ -19,26 +19,26 @@ impl Frame {
     /// Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017), listing 3: no branch,
     /// no loss of precision near −z.
     #[must_use]
-    pub fn from_normal(n: Vec3) -> Self {
+    pub fn from_normal(n: Vec3A) -> Self {
         let sign = 1f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
         let b = n.x * n.y * a;
         Self {
-            s: Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-            t: Vec3::new(b, sign + n.y * n.y * a, -n.y),
+            s: Vec3A::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+            t: Vec3A::new(b, sign + n.y * n.y * a, -n.y),
             n,
         }
     }
 
     /// World direction to local.
     #[must_use]
-    pub fn to_local(&self, v: Vec3) -> Vec3 {
-        Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
+    pub fn to_local(&self, v: Vec3A) -> Vec3A {
+        Vec3A::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
     /// Local direction to world.
     #[must_use]
-    pub fn to_world(&self, v: Vec3) -> Vec3 {
+    pub fn to_world(&self, v: Vec3A) -> Vec3A {
         self.s * v.x + self.t * v.y + self.n * v.z
     }
 }
@@ -50,13 +50,13 @@ mod tests {
     /// Duff et al. measure 1.5e-7 as the largest deviation of their basis in f32.
     #[test]
     fn stays_orthonormal_near_the_pole() {
-        let mut normals = vec![Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, -0.0), Vec3::NEG_Z];
+        let mut normals = vec![Vec3A::new(1.0, 0.0, 0.0), Vec3A::new(1.0, 0.0, -0.0), Vec3A::NEG_Z];
         for i in 0..20_000 {
             let theta = 10f64.powf(-8.0 + 8.0 * f64::from(i) / 20_000.0);
             let phi = f64::from(i) * 2.399_963;
             normals.push(
                 glam::DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), -theta.cos())
-                    .as_vec3(),
+                    .as_vec3a(),
             );
         }
         for n in normals {

@@ -10,7 +10,7 @@ pub use discrete::Discrete;
 pub use frame::Frame;
 
 /// Linear sRGB: radiance in W·m⁻²·sr⁻¹ per channel, or a unitless reflectance.
-pub type Rgb = glam::Vec3;
+pub type Rgb = glam::Vec3A;
 
 /// The last word of a type's name, for reports: `Diffuse`.
 #[must_use]

@@ -6,7 +6,7 @@
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 
 /// A point of the unit disk, uniform by area.
 ///
@@ -62,7 +62,7 @@ pub fn uniform_disk_to_square(p: Vec2) -> Vec2 {
 
 /// A direction of the whole sphere, uniform by solid angle.
 #[must_use]
-pub fn square_to_uniform_sphere(u: Vec2) -> Vec3 {
+pub fn square_to_uniform_sphere(u: Vec2) -> Vec3A {
     let z = 1.0 - 2.0 * u.y;
     // sqrt(1 - z^2) written in u: exact at both poles.
     let r = 2.0 * (u.y * (1.0 - u.y)).sqrt();
@@ -74,13 +74,13 @@ pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
 /// Inverse of [`square_to_uniform_sphere`].
 #[must_use]
-pub fn uniform_sphere_to_square(w: Vec3) -> Vec2 {
+pub fn uniform_sphere_to_square(w: Vec3A) -> Vec2 {
     Vec2::new(azimuth(w), 0.5 - 0.5 * w.z)
 }
 
 /// A direction of the upper hemisphere, uniform by solid angle.
 #[must_use]
-pub fn square_to_uniform_hemisphere(u: Vec2) -> Vec3 {
+pub fn square_to_uniform_hemisphere(u: Vec2) -> Vec3A {
     let z = 1.0 - u.y;
     let r = (u.y * (2.0 - u.y)).sqrt();
     with_azimuth(r, z, u.x)
@@ -88,32 +88,32 @@ pub fn square_to_uniform_hemisphere(u: Vec2) -> Vec3 {
 
 /// Density of [`square_to_uniform_hemisphere`]: 1/2π above the horizon, else 0.
 #[must_use]
-pub fn square_to_uniform_hemisphere_pdf(w: Vec3) -> f32 {
+pub fn square_to_uniform_hemisphere_pdf(w: Vec3A) -> f32 {
     if w.z >= 0.0 { 0.5 * FRAC_1_PI } else { 0.0 }
 }
 
 /// Inverse of [`square_to_uniform_hemisphere`].
 #[must_use]
-pub fn uniform_hemisphere_to_square(w: Vec3) -> Vec2 {
+pub fn uniform_hemisphere_to_square(w: Vec3A) -> Vec2 {
     Vec2::new(azimuth(w), 1.0 - w.z)
 }
 
 /// A direction of the upper hemisphere with density proportional to its cosine (Malley's method).
 #[must_use]
-pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
+pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3A {
     let p = square_to_uniform_disk(u);
-    p.extend((1.0 - p.length_squared()).max(0.0).sqrt())
+    Vec3A::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
 }
 
 /// Density of [`square_to_cosine_hemisphere`]: cosθ/π above the horizon, else 0.
 #[must_use]
-pub fn square_to_cosine_hemisphere_pdf(w: Vec3) -> f32 {
+pub fn square_to_cosine_hemisphere_pdf(w: Vec3A) -> f32 {
     w.z.max(0.0) * FRAC_1_PI
 }
 
 /// Inverse of [`square_to_cosine_hemisphere`].
 #[must_use]
-pub fn cosine_hemisphere_to_square(w: Vec3) -> Vec2 {
+pub fn cosine_hemisphere_to_square(w: Vec3A) -> Vec2 {
     uniform_disk_to_square(w.truncate())
 }
 
@@ -123,7 +123,7 @@ pub fn cosine_hemisphere_to_square(w: Vec3) -> Vec2 {
 /// The argument is 1 − cosθ and not cosθ because the difference is lost in f32 for a cone narrower
 /// than 2.4e-4 rad.
 #[must_use]
-pub fn square_to_uniform_cone(u: Vec2, one_minus_cos_max: f32) -> Vec3 {
+pub fn square_to_uniform_cone(u: Vec2, one_minus_cos_max: f32) -> Vec3A {
     let one_minus_z = u.y * one_minus_cos_max;
     let r = (one_minus_z * (2.0 - one_minus_z)).max(0.0).sqrt();
     with_azimuth(r, 1.0 - one_minus_z, u.x)
@@ -137,7 +137,7 @@ pub fn square_to_uniform_cone_pdf(one_minus_cos_max: f32) -> f32 {
 
 /// Inverse of [`square_to_uniform_cone`].
 #[must_use]
-pub fn uniform_cone_to_square(w: Vec3, one_minus_cos_max: f32) -> Vec2 {
+pub fn uniform_cone_to_square(w: Vec3A, one_minus_cos_max: f32) -> Vec2 {
     let sin_squared = w.x * w.x + w.y * w.y;
     Vec2::new(azimuth(w), sin_squared / (1.0 + w.z) / one_minus_cos_max)
 }
@@ -169,12 +169,12 @@ pub fn uniform_triangle_to_square(b: Vec2) -> Vec2 {
     if b.y > b.x { Vec2::new(2.0 * b.x, b.y + b.x) } else { Vec2::new(b.x + b.y, 2.0 * b.y) }
 }
 
-fn with_azimuth(r: f32, z: f32, turn: f32) -> Vec3 {
+fn with_azimuth(r: f32, z: f32, turn: f32) -> Vec3A {
     let phi = 2.0 * PI * turn;
-    Vec3::new(r * phi.cos(), r * phi.sin(), z)
+    Vec3A::new(r * phi.cos(), r * phi.sin(), z)
 }
 
-fn azimuth(w: Vec3) -> f32 {
+fn azimuth(w: Vec3A) -> f32 {
     let turn = w.y.atan2(w.x) * (0.5 * FRAC_1_PI);
     if turn < 0.0 { turn + 1.0 } else { turn }
 }

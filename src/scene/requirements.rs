@@ -254,6 +254,8 @@ fn layers(integrator: &IntegratorSettings) -> Reason {
 mod tests {
     use std::sync::Arc;
 
+    use glam::{Vec3, Vec3A};
+
     use super::*;
     use crate::bsdf::{Bsdf, Conductor, Diffuse};
     use crate::emitter::{Constant, Emitter};
@@ -264,8 +266,8 @@ mod tests {
     use crate::shape::{Shape, TriangleMesh};
 
     fn triangle(smooth: bool) -> Arc<dyn Shape> {
-        let corners = [glam::Vec3A::ZERO, glam::Vec3A::X, glam::Vec3A::Y];
-        let normals = if smooth { vec![glam::Vec3::Z; 3] } else { Vec::new() };
+        let corners = [Vec3A::ZERO, Vec3A::X, Vec3A::Y];
+        let normals = if smooth { vec![Vec3::Z; 3] } else { Vec::new() };
         let mesh = TriangleMesh::new(corners.to_vec(), vec![[0, 1, 2]], normals, Vec::new());
         Arc::new(mesh.expect("valid").0)
     }

@@ -1,6 +1,6 @@
 //! Flat disks.
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3A};
 
 use super::{
     Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
@@ -14,7 +14,7 @@ use crate::ray::{Hit, Ray};
 pub struct Disk {
     to_world: Affine3A,
     to_local: DAffine3,
-    normal: Vec3,
+    normal: Vec3A,
     area: f64,
 }
 
@@ -34,19 +34,19 @@ impl Disk {
         let side = determinant.signum() * if flip_normals { -1.0 } else { 1.0 };
         Some(Self {
             to_world: Affine3A::from_cols(
-                linear.x_axis.as_vec3().into(),
-                linear.y_axis.as_vec3().into(),
-                linear.z_axis.as_vec3().into(),
-                to_world.translation.as_vec3().into(),
+                linear.x_axis.as_vec3a(),
+                linear.y_axis.as_vec3a(),
+                linear.z_axis.as_vec3a(),
+                to_world.translation.as_vec3a(),
             ),
             to_local: to_world.inverse(),
-            normal: (across.normalize() * side).as_vec3(),
+            normal: (across.normalize() * side).as_vec3a(),
             area: std::f64::consts::PI * across.length(),
         })
     }
 
     fn surface_at(&self, p: Vec2) -> SurfacePoint {
-        let position = self.to_world.transform_point3(p.extend(0.0));
+        let position = self.to_world.transform_point3a(p.extend(0.0).into());
         let m = self.to_world.matrix3;
         let extent = m.x_axis.abs() + m.y_axis.abs() + self.to_world.translation.abs();
         SurfacePoint {
@@ -73,12 +73,12 @@ impl Analytic for Disk {
 
     fn bounds(&self) -> Aabb {
         let (x, y) = (self.to_world.matrix3.x_axis, self.to_world.matrix3.y_axis);
-        let center = Vec3::from(self.to_world.translation);
+        let center = self.to_world.translation;
         // The farthest point of the ellipse along an axis: the length of that row of (x y), with
         // a margin for the rounding of these sums.
-        let reach = Vec3::from((x * x + y * y).to_array().map(f32::sqrt))
-            + (center.abs() + Vec3::from(x.abs() + y.abs())) * (4.0 * f32::EPSILON);
-        Aabb { min: center - reach, max: center + reach }
+        let reach = Vec3A::from((x * x + y * y).to_array().map(f32::sqrt))
+            + (center.abs() + (x.abs() + y.abs())) * (4.0 * f32::EPSILON);
+        Aabb { min: (center - reach).into(), max: (center + reach).into() }
     }
 }
 
@@ -109,12 +109,12 @@ impl Shape for Disk {
         self.area
     }
 
-    fn sample_primitive(&self, _primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, _primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
         let point = self.surface_at(warp::square_to_uniform_disk(u));
         area_sample_toward(self.area, from, point)
     }
 
-    fn primitive_pdf(&self, _primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, _primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.area, from, point)
     }
 

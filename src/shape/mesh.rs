@@ -151,12 +151,7 @@ impl TriangleMesh {
         }
         let extent = p0.abs().max(p1.abs()).max(p2.abs());
         let offset = error_offset(geometric_normal, extent);
-        let point = SurfacePoint {
-            position: position.into(),
-            geometric_normal: geometric_normal.into(),
-            shading_normal: shading_normal.into(),
-            offset,
-        };
+        let point = SurfacePoint { position, geometric_normal, shading_normal, offset };
         (point, area)
     }
 }
@@ -194,12 +189,12 @@ impl Shape for TriangleMesh {
         normal_and_area(self.corners(primitive)).1
     }
 
-    fn sample_primitive(&self, primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
         let (point, area) = self.surface_at(primitive, warp::square_to_uniform_triangle(u));
         area_sample_toward(area, from, point)
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.primitive_area(primitive), from, point)
     }
 
@@ -231,7 +226,7 @@ fn defect(positions: &[Vec3A], triangle: [u32; 3]) -> Option<Defect> {
         return Some(Defect::NotFinite);
     }
     // In f64, where the products of the smallest f32 differences do not underflow.
-    let [a, b, c] = [a, b, c].map(|p| Vec3::from(p).as_dvec3());
+    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
     ((b - a).cross(c - a) == glam::DVec3::ZERO).then_some(Defect::Degenerate)
 }
 
@@ -288,10 +283,10 @@ fn normal_and_area([a, b, c]: [Vec3A; 3]) -> (Vec3A, f64) {
         let length = length_squared.sqrt();
         return (n / length, 0.5 * f64::from(length));
     }
-    let [a, b, c] = [a, b, c].map(|p| Vec3::from(p).as_dvec3());
+    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
     let n = (b - a).cross(c - a);
     let length = n.length();
-    ((n / length).as_vec3().into(), 0.5 * length)
+    ((n / length).as_vec3a(), 0.5 * length)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 
-use glam::{Vec2, Vec3, Vec3A};
+use glam::{Vec2, Vec3A};
 
 use crate::math::{Aabb, Frame, type_word};
 use crate::ray::{Hit, Ray};
@@ -60,12 +60,12 @@ pub trait Shape: Debug + Send + Sync {
     fn primitive_area(&self, primitive: usize) -> f64;
 
     /// A point of one primitive as seen from `from`. `None` where nothing of it can be sampled.
-    fn sample_primitive(&self, primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample>;
+    fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample>;
 
     /// Density with which [`Shape::sample_primitive`] chooses the direction from `from` to `point`,
     /// which lies on that primitive, in sr⁻¹; 0 where it never does.
     /// In f64, because a primitive may be too small for its density to be an f32.
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64;
+    fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64;
 
     /// Bytes held by the shape's buffers.
     fn bytes(&self) -> usize;
@@ -85,11 +85,11 @@ pub trait Shape: Debug + Send + Sync {
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
     /// World position.
-    pub position: Vec3,
+    pub position: Vec3A,
     /// Unit normal of the geometry. It lies on the side of the shading normal.
-    pub geometric_normal: Vec3,
+    pub geometric_normal: Vec3A,
     /// Unit normal for shading: interpolated where the shape has vertex normals.
-    pub shading_normal: Vec3,
+    pub shading_normal: Vec3A,
     /// A distance along the geometric normal that is farther from the true surface than the rounding
     /// error of `position` and of the engines' tests.
     pub offset: f32,
@@ -105,14 +105,14 @@ impl SurfacePoint {
     /// The point from which a ray towards `direction` (unit, world) leaves without hitting the same
     /// surface again: the position, moved by the error bound to the side that the ray is on.
     #[must_use]
-    pub fn leave_towards(&self, direction: Vec3) -> Vec3 {
+    pub fn leave_towards(&self, direction: Vec3A) -> Vec3A {
         let side = self.offset.copysign(self.geometric_normal.dot(direction));
         self.position + self.geometric_normal * side
     }
 
     /// The ray that leaves the surface towards `direction` (unit, world).
     #[must_use]
-    pub fn spawn(&self, direction: Vec3) -> Ray {
+    pub fn spawn(&self, direction: Vec3A) -> Ray {
         Ray::new(self.leave_towards(direction), direction)
     }
 }
@@ -123,7 +123,7 @@ pub struct ShapeSample {
     /// The chosen point.
     pub point: SurfacePoint,
     /// Unit direction towards it.
-    pub direction: Vec3,
+    pub direction: Vec3A,
     /// Density per solid angle, in sr⁻¹. In f64, since for a tiny and distant primitive it or its
     /// inverse leaves the range of f32, though not after the choice of the primitive is counted in.
     pub pdf: f64,
@@ -145,7 +145,7 @@ pub fn error_offset(normal: impl Into<Vec3A>, extent: impl Into<Vec3A>) -> f32 {
 /// Density per solid angle of a point chosen uniformly on a primitive of `area`, as seen from
 /// `from`; 0 where the primitive is seen edge-on.
 #[must_use]
-pub(crate) fn area_pdf_toward(area: f64, from: Vec3, point: &SurfacePoint) -> f64 {
+pub(crate) fn area_pdf_toward(area: f64, from: Vec3A, point: &SurfacePoint) -> f64 {
     let to = (point.position - from).as_dvec3();
     let distance_squared = to.length_squared();
     let cosine = (to.dot(point.geometric_normal.as_dvec3()) / distance_squared.sqrt()).abs();
@@ -158,7 +158,7 @@ pub(crate) fn area_pdf_toward(area: f64, from: Vec3, point: &SurfacePoint) -> f6
 #[must_use]
 pub(crate) fn area_sample_toward(
     area: f64,
-    from: Vec3,
+    from: Vec3A,
     point: SurfacePoint,
 ) -> Option<ShapeSample> {
     let to = (point.position - from).as_dvec3();
@@ -168,7 +168,7 @@ pub(crate) fn area_sample_toward(
         direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
     (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {
         point,
-        direction: direction.as_vec3(),
+        direction: direction.as_vec3a(),
         pdf: 1.0 / solid_angle,
     })
 }

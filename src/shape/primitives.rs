@@ -1,6 +1,6 @@
 //! The rectangle and the cube of scene files, as meshes.
 
-use glam::{DAffine3, DVec3, Vec2, Vec3A};
+use glam::{DAffine3, DVec3, Vec2};
 
 use super::mesh::{Dropped, TriangleMesh};
 
@@ -54,7 +54,7 @@ fn build(faces: &[Face], to_world: DAffine3, flip_normals: bool) -> (TriangleMes
         let first = positions.len() as u32;
         for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
             let p = to_world.transform_point3(face.center + face.u * x + face.v * y);
-            positions.push(Vec3A::from(p.as_vec3()));
+            positions.push(p.as_vec3a());
             uvs.push(Vec2::new(x as f32, y as f32) * 0.5 + 0.5);
         }
         for [a, b, c] in [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|corner| first + corner)) {

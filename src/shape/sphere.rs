@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3A};
 
 use super::{
     Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
@@ -14,7 +14,7 @@ use crate::ray::{Hit, Ray};
 /// A sphere in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    center: Vec3,
+    center: Vec3A,
     radius: f32,
     /// Rotation of the parameterisation: local axes in world coordinates.
     axes: Frame,
@@ -26,11 +26,11 @@ impl Sphere {
     /// A sphere around `center` with `radius` > 0. The poles of its texture coordinates lie on ±n of
     /// `axes`, u = 0 on its s. `flip_normals` turns the normals inwards.
     #[must_use]
-    pub fn new(center: Vec3, radius: f32, axes: Frame, flip_normals: bool) -> Self {
+    pub fn new(center: Vec3A, radius: f32, axes: Frame, flip_normals: bool) -> Self {
         Self { center, radius, axes, side: if flip_normals { -1.0 } else { 1.0 } }
     }
 
-    fn surface_at(&self, outward: Vec3) -> SurfacePoint {
+    fn surface_at(&self, outward: Vec3A) -> SurfacePoint {
         let normal = outward * self.side;
         SurfacePoint {
             position: self.center + outward * self.radius,
@@ -41,8 +41,8 @@ impl Sphere {
     }
 
     /// The bound of the rounding error of a point in direction `outward` from the centre.
-    fn offset(&self, outward: Vec3) -> f32 {
-        error_offset(outward, self.center.abs()) + error_offset(Vec3::X, Vec3::splat(self.radius))
+    fn offset(&self, outward: Vec3A) -> f32 {
+        error_offset(outward, self.center.abs()) + error_offset(Vec3A::X, Vec3A::splat(self.radius))
     }
 }
 
@@ -82,8 +82,8 @@ impl Analytic for Sphere {
 
     fn bounds(&self) -> Aabb {
         // One more ulp of the sum on each side: the box must hold the sphere after rounding.
-        let reach = Vec3::splat(self.radius) + (self.center.abs() + self.radius) * f32::EPSILON;
-        Aabb { min: self.center - reach, max: self.center + reach }
+        let reach = Vec3A::splat(self.radius) + (self.center.abs() + self.radius) * f32::EPSILON;
+        Aabb { min: (self.center - reach).into(), max: (self.center + reach).into() }
     }
 }
 
@@ -102,7 +102,7 @@ impl Shape for Sphere {
         let [near, far] = self.roots(ray).unwrap_or([f64::from(hit.t); 2]);
         let t = if hit.u < 0.5 { near } else { far };
         let p = ray.origin.as_dvec3() + ray.direction.as_dvec3() * t;
-        self.surface_at((p - self.center.as_dvec3()).normalize().as_vec3())
+        self.surface_at((p - self.center.as_dvec3()).normalize().as_vec3a())
     }
 
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
@@ -124,7 +124,7 @@ impl Shape for Sphere {
 
     /// From outside, uniform in the cone that the sphere fills (Shirley, Wang and Zimmerman 1996,
     /// section 3.2); from inside, uniform by area.
-    fn sample_primitive(&self, primitive: usize, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
         let Some(cone) = self.cone_from(from) else {
             let point = self.surface_at(warp::square_to_uniform_sphere(u));
             return area_sample_toward(self.primitive_area(primitive), from, point);
@@ -145,11 +145,11 @@ impl Shape for Sphere {
             t * f64::from(local.y),
             -d * sin_squared - cos * half_chord,
         );
-        let outward = frame.to_world(from_center.normalize().as_vec3()).normalize();
+        let outward = frame.to_world(from_center.normalize().as_vec3a()).normalize();
         Some(ShapeSample { point: self.surface_at(outward), direction, pdf: cone.pdf() })
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3, point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
         match self.cone_from(from) {
             Some(cone) => cone.pdf(),
             None => area_pdf_toward(self.primitive_area(primitive), from, point),
@@ -163,7 +163,7 @@ impl Shape for Sphere {
 
 /// The cone of directions in which a sphere is seen.
 struct Cone {
-    axis: Vec3,
+    axis: Vec3A,
     one_minus_cos: f32,
     distance: f64,
 }
@@ -177,15 +177,15 @@ impl Cone {
 
 impl Sphere {
     /// `None` from inside and from the surface, on whichever side of it rounding has put `from`.
-    fn cone_from(&self, from: Vec3) -> Option<Cone> {
+    fn cone_from(&self, from: Vec3A) -> Option<Cone> {
         let to_center = self.center.as_dvec3() - from.as_dvec3();
         let distance = to_center.length();
-        let reach = f64::from(self.radius + self.offset(Vec3::ONE));
+        let reach = f64::from(self.radius + self.offset(Vec3A::ONE));
         let sin = f64::from(self.radius) / distance;
         // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
         let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
         (distance > reach).then(|| Cone {
-            axis: (to_center / distance).as_vec3(),
+            axis: (to_center / distance).as_vec3a(),
             one_minus_cos: one_minus_cos as f32,
             distance,
         })

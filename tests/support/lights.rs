@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3A};
 use telamon::emitter::{Area, Constant, Emitter, Point};
 use telamon::math::Frame;
 use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
@@ -15,9 +15,9 @@ pub(crate) struct Light {
     pub(crate) name: String,
     pub(crate) shape: Arc<dyn Shape>,
     /// Position of the receiver.
-    pub(crate) from: Vec3,
+    pub(crate) from: Vec3A,
     /// Which way the receiver faces.
-    pub(crate) normal: Vec3,
+    pub(crate) normal: Vec3A,
     pub(crate) irradiance: f64,
 }
 
@@ -31,18 +31,18 @@ impl Light {
 }
 
 /// The square of half side `half` around `center` that faces −z.
-pub(crate) fn square(half: f64, center: Vec3) -> Arc<dyn Shape> {
+pub(crate) fn square(half: f64, center: Vec3A) -> Arc<dyn Shape> {
     let to_world =
         DAffine3::from_translation(center.as_dvec3()) * DAffine3::from_scale(DVec3::splat(half));
     Arc::new(primitives::rectangle(to_world, true).0)
 }
 
-pub(crate) fn sphere(center: Vec3, radius: f32) -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3::Y), false))
+pub(crate) fn sphere(center: Vec3A, radius: f32) -> Arc<dyn Shape> {
+    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Y), false))
 }
 
 /// A triangle that faces those who see its corners counter-clockwise.
-pub(crate) fn triangle(corners: [Vec3; 3]) -> Arc<dyn Shape> {
+pub(crate) fn triangle(corners: [Vec3A; 3]) -> Arc<dyn Shape> {
     let positions = corners.map(Into::into).into();
     let (mesh, _) = TriangleMesh::new(positions, vec![[0, 1, 2]], Vec::new(), Vec::new())
         .expect("one triangle");
@@ -55,15 +55,15 @@ pub(crate) fn lights() -> Vec<Light> {
         plugins,
         name,
         shape,
-        from: Vec3::ZERO,
-        normal: Vec3::Z,
+        from: Vec3A::ZERO,
+        normal: Vec3A::Z,
         irradiance,
     };
     let mut lights = Vec::new();
     // A square of side a at height h. That of side 2 at 0.001 is left out: only one point in a
     // million lies where its light comes from.
     for (side, height) in [(2.0, 1.0), (0.2, 1.0), (0.002, 1.0), (2.0, 1000.0)] {
-        let shape = square(0.5 * side, Vec3::Z * height as f32);
+        let shape = square(0.5 * side, Vec3A::Z * height as f32);
         lights.push(light(
             &["rectangle"],
             format!("square {side} at {height}"),
@@ -92,7 +92,7 @@ pub(crate) fn lights() -> Vec<Light> {
     for (radius, distance) in [(1.0f32, 3.0f32), (1.0, 1.5), (1.0, 1.001), (1e-4, 1.0), (1e-6, 1.0)]
     {
         let ratio = f64::from(radius) / f64::from(distance);
-        let shape = sphere(Vec3::Z * distance, radius);
+        let shape = sphere(Vec3A::Z * distance, radius);
         lights.push(light(
             &["sphere"],
             format!("sphere {radius} at {distance}"),
@@ -100,7 +100,7 @@ pub(crate) fn lights() -> Vec<Light> {
             PI * ratio * ratio,
         ));
     }
-    let around = Sphere::new(Vec3::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3::Y), true);
+    let around = Sphere::new(Vec3A::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3A::Y), true);
     lights.push(light(&["sphere"], "sphere around".into(), Arc::new(around), PI));
     lights
 }
@@ -113,12 +113,12 @@ fn above_square(s: f64, h: f64) -> f64 {
 
 /// Every emitter: its plugin in scene files, and the irradiance at the origin on a surface that faces +z.
 pub(crate) fn emitters() -> Vec<(&'static str, Box<dyn Emitter>, f64)> {
-    let area = Area::new(square(1.0, Vec3::Z), Vec3::ONE).expect("has an area");
+    let area = Area::new(square(1.0, Vec3A::Z), Vec3A::ONE).expect("has an area");
     vec![
         ("area", Box::new(area), above_square(1.0, 1.0)),
         // π L from a hemisphere.
-        ("constant", Box::new(Constant::new(Vec3::new(1.0, 2.0, 3.0))), PI),
+        ("constant", Box::new(Constant::new(Vec3A::new(1.0, 2.0, 3.0))), PI),
         // I cosθ / d² = 10 · 0.8 / 25.
-        ("point", Box::new(Point::new(Vec3::new(3.0, 0.0, 4.0), Vec3::splat(10.0))), 0.32),
+        ("point", Box::new(Point::new(Vec3A::new(3.0, 0.0, 4.0), Vec3A::splat(10.0))), 0.32),
     ]
 }

@@ -14,7 +14,7 @@ pub(crate) mod stats;
 
 use std::collections::BTreeSet;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3A};
 use telamon::load::plugins::{Category, supported};
 use telamon::sampler::{Independent, Sampler};
 
@@ -33,11 +33,11 @@ pub(crate) fn points(seed: u64, count: u32) -> impl Iterator<Item = Vec2> {
 }
 
 /// `count` points of `[0, 1)³` that depend on `seed` only.
-pub(crate) fn points_3d(seed: u64, count: u32) -> impl Iterator<Item = Vec3> {
+pub(crate) fn points_3d(seed: u64, count: u32) -> impl Iterator<Item = Vec3A> {
     let sampler = Independent::new(seed);
     (0..count).map(move |i| {
         let path = sampler.path(0, i);
-        sampler.get_2d(path, 0).extend(sampler.get_1d(path, 2))
+        sampler.get_2d(path, 0).extend(sampler.get_1d(path, 2)).into()
     })
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A};
 
 /// ∫∫ `f(x, y)` over a rectangle by the five-point rule of Gauss and Legendre in each variable:
 /// exact for polynomials up to degree 9.
@@ -43,7 +43,7 @@ impl SphereGrid {
     }
 
     /// The cell that holds a unit vector.
-    pub(crate) fn cell(&self, w: Vec3) -> usize {
+    pub(crate) fn cell(&self, w: Vec3A) -> usize {
         let fraction = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
         let turn = f64::from(w.y).atan2(f64::from(w.x)) / TAU;
         let turn = if turn < 0.0 { turn + 1.0 } else { turn };
@@ -53,7 +53,7 @@ impl SphereGrid {
     }
 
     /// The integral of a density per solid angle over each cell.
-    pub(crate) fn integrals(&self, mut density: impl FnMut(Vec3) -> f64) -> Vec<f64> {
+    pub(crate) fn integrals(&self, mut density: impl FnMut(Vec3A) -> f64) -> Vec<f64> {
         let edges = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
         let mut integrals = Vec::with_capacity(self.cells());
         for row in 0..self.rows {
@@ -68,7 +68,7 @@ impl SphereGrid {
 }
 
 /// The unit vector of given cosine and azimuth.
-pub(crate) fn direction(z: f64, phi: f64) -> Vec3 {
+pub(crate) fn direction(z: f64, phi: f64) -> Vec3A {
     let r = (1.0 - z * z).max(0.0).sqrt();
-    DVec3::new(r * phi.cos(), r * phi.sin(), z).as_vec3()
+    DVec3::new(r * phi.cos(), r * phi.sin(), z).as_vec3a()
 }

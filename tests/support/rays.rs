@@ -1,6 +1,6 @@
 //! A ray against one shape, by brute force and, for triangles, in f64.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use telamon::ray::{Hit, Ray};
 use telamon::shape::{Geometry, Shape};
 
@@ -14,7 +14,7 @@ pub(crate) fn trace(shape: &dyn Shape, ray: &Ray) -> Option<Hit> {
             .iter()
             .zip(0..)
             .filter_map(|(indices, primitive)| {
-                let corners = indices.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
+                let corners = indices.map(|i| positions[i as usize].as_dvec3());
                 let (t, u, v) = triangle(corners, ray)?;
                 Some(Hit { t, u, v, shape: 0, primitive })
             })

@@ -54,8 +54,8 @@ impl Slabs {
         // Infinite inverses would give 0 * inf = NaN for a ray that starts in a plane of the box; the
         // largest number in their place gives 0, which counts as inside.
         let limit = Vec3A::splat(f32::MAX);
-        let inverse_direction = Vec3A::from(ray.direction).recip().clamp(-limit, limit);
-        Self { origin: ray.origin.into(), inverse_direction }
+        let inverse_direction = ray.direction.recip().clamp(-limit, limit);
+        Self { origin: ray.origin, inverse_direction }
     }
 
     /// Where the ray enters the box, if it does so within `[t_min, t_max]`.

@@ -1,6 +1,6 @@
 //! Every property of the table changes what is loaded, and defaults are Mitsuba's.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3A};
 
 use super::super::plugins::{Category, Kind, supported};
 use super::{description, load};
@@ -171,14 +171,14 @@ fn defaults_are_mitsubas() {
     assert_eq!(film.component, ComponentFormat::Half);
     assert_eq!((sampler.samples_per_pixel, sampler.seed), (4, 0));
     assert_eq!(integrator, IntegratorSettings::Path(PathSettings::default()));
-    assert_eq!(albedo(&scene, 0), Vec3::splat(0.5));
+    assert_eq!(albedo(&scene, 0), Vec3A::splat(0.5));
     // A <path> without properties is the path tracer's own default, too.
     let named = description("<integrator type='path'/>").integrator;
     assert_eq!(named, IntegratorSettings::Path(PathSettings::default()));
 }
 
-fn albedo(scene: &Scene, object: usize) -> Vec3 {
-    scene.bsdfs()[scene.objects()[object].bsdf].albedo(Vec3::Z)
+fn albedo(scene: &Scene, object: usize) -> Vec3A {
+    scene.bsdfs()[scene.objects()[object].bsdf].albedo(Vec3A::Z)
 }
 
 #[test]
@@ -187,10 +187,10 @@ fn materials_mean_what_they_say() {
         let d = description(&format!("<shape type='sphere'>{bsdf}</shape>"));
         albedo(&d.scene, 0)
     };
-    assert_eq!(of("<bsdf type='conductor'/>"), Vec3::ONE);
+    assert_eq!(of("<bsdf type='conductor'/>"), Vec3A::ONE);
     assert_eq!(
         of("<bsdf type='conductor'><string name='material' value='none'/></bsdf>"),
-        Vec3::ONE
+        Vec3A::ONE
     );
     // ((1.5 - 1)² + 4) / ((1.5 + 1)² + 4), from Fresnel's equations at normal incidence.
     let metal = of(
@@ -206,7 +206,7 @@ fn materials_mean_what_they_say() {
          <bsdf type='diffuse'><rgb name='reflectance' value='.1'/></bsdf></bsdf></shape>",
     );
     let bsdf: &dyn Bsdf = two.scene.bsdfs()[0].as_ref();
-    assert_eq!((bsdf.albedo(Vec3::Z), bsdf.albedo(-Vec3::Z)), (Vec3::ONE, Vec3::splat(0.1)));
+    assert_eq!((bsdf.albedo(Vec3A::Z), bsdf.albedo(-Vec3A::Z)), (Vec3A::ONE, Vec3A::splat(0.1)));
 }
 
 /// Tangents of half the angle across the width, from the `x_fov` that Mitsuba 3.9.1 reports (in degrees,
@@ -251,7 +251,7 @@ fn cameras_are_placed_and_may_be_scaled() {
     };
     let lookat = "<lookat origin='1 2 3' target='1 2 0' up='0 1 0'/>";
     let ray = camera(lookat).ray(Vec2::splat(0.5));
-    assert_eq!((ray.origin, ray.direction), (Vec3::new(1.0, 2.0, 3.0), Vec3::NEG_Z));
+    assert_eq!((ray.origin, ray.direction), (Vec3A::new(1.0, 2.0, 3.0), Vec3A::NEG_Z));
     // Seen from the front, the world's -x is to the left of a camera that looks along -z.
     assert!(camera(lookat).ray(Vec2::new(0.0, 0.5)).direction.x < 0.0);
     let scaled = camera(&format!("<scale value='5'/>{lookat}")).ray(Vec2::new(0.1, 0.7));
@@ -270,10 +270,10 @@ fn lookat_without_up_is_mitsubas() {
     let camera = load(&text).expect("valid").description.camera;
     let (left, center) =
         (camera.ray(Vec2::new(0.0, 0.5)).direction, camera.ray(Vec2::splat(0.5)).direction);
-    let forward = Vec3::new(-0.285_714, -0.428_571, -0.857_143);
+    let forward = Vec3A::new(-0.285_714, -0.428_571, -0.857_143);
     assert!(center.abs_diff_eq(forward, 1e-6), "{center}");
     let across = (left - center * left.dot(center)).normalize();
-    assert!(across.abs_diff_eq(Vec3::new(-0.065_934, 0.901_099, -0.428_571), 2e-6), "{across}");
+    assert!(across.abs_diff_eq(Vec3A::new(-0.065_934, 0.901_099, -0.428_571), 2e-6), "{across}");
 }
 
 #[test]

@@ -41,7 +41,7 @@ fn shapes_without_a_material_have_one() {
          <shape type='cube'/><shape type='cube'><emitter type='area'/></shape>",
     )
     .scene;
-    let up = glam::Vec3::Z;
+    let up = glam::Vec3A::Z;
     let albedos: Vec<f32> =
         scene.objects().iter().map(|o| scene.bsdfs()[o.bsdf].albedo(up).x).collect();
     assert_eq!(albedos, [0.5, 0.0, 0.5, 0.0]);
@@ -115,8 +115,8 @@ fn old_scenes_are_upgraded() {
     assert_eq!((path.max_depth, path.roulette.min_depth, path.hide_emitters), (Some(3), 7, true));
     assert_eq!((d.sampler.samples_per_pixel, d.film.crop.x, d.film.alpha), (9, 3, true));
     assert_eq!(d.film.filter, Filter::Box);
-    let albedo = d.scene.bsdfs()[d.scene.objects()[1].bsdf].albedo(glam::Vec3::Z);
-    assert_eq!(albedo, glam::Vec3::splat(0.25));
+    let albedo = d.scene.bsdfs()[d.scene.objects()[1].bsdf].albedo(glam::Vec3A::Z);
+    assert_eq!(albedo, glam::Vec3A::splat(0.25));
 }
 
 fn write(folder: &Path, name: &str, text: &str) {
