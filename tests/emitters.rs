@@ -13,7 +13,7 @@ use support::rays::trace;
 use support::stats::{Moments, chi_squared};
 use support::{corners, plugin_names, points};
 use telamon::emitter::{
-    Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EmitterSample, LightOrigin, Point, Sight,
+    Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EmitterSample, Point, Sight,
 };
 use telamon::load::plugins::Category;
 use telamon::math::Frame;
@@ -108,16 +108,17 @@ fn the_seen_side_of_a_sphere_is_covered() {
     let axis = DVec3::new(1.0, 2.0, 3.0).normalize();
     let across = axis.any_orthonormal_vector();
     for (seed, ratio) in (411..).zip([0.5f32, 1e-2, 1e-4, 1e-6, 1e-7]) {
-        let light = Area::new(sphere(axis.as_vec3a(), ratio), Vec3A::ONE).expect("has an area");
+        let sphere = sphere(axis.as_vec3a(), ratio);
+        let light = Area::new(Arc::clone(&sphere), Vec3A::ONE).expect("has an area");
         let mut counts = [0; 20];
         let mut lost = 0;
         for u in points(seed, SAMPLES) {
-            let Some(s) = light.sample_toward(Vec3A::ZERO, u) else {
+            if light.sample_toward(Vec3A::ZERO, u).is_none() {
                 lost += 1;
                 continue;
-            };
-            let LightOrigin::Surface(point) = s.origin else { panic!("no surface") };
-            let normal = point.geometric_normal.as_dvec3();
+            }
+            let s = sphere.sample_primitive(0, Vec3A::ZERO, u).expect("as the light has it");
+            let normal = s.point.geometric_normal.as_dvec3();
             // The angle at the eye from the normal's, by the plane triangle of eye, centre and point.
             let ratio = f64::from(ratio);
             let along = 1.0 + ratio * normal.dot(axis);
@@ -234,7 +235,7 @@ fn slivers_do_not_disturb_a_mesh_light() {
         irradiance(&light, from, Vec3A::NEG_Z, 603).has_mean(expected, 2).expect("Lambert");
         // u = 0 chooses the first of the small ones.
         let s = light.sample_toward(from, Vec2::ZERO).expect("seen");
-        let LightOrigin::Surface(point) = s.origin else { panic!("no surface") };
+        let point = mesh.sample_primitive(0, from, Vec2::ZERO).expect("as the light has it").point;
         let surface = Some((0, &point));
         let pdf = light.pdf_toward(&Sight { from, direction: s.direction, surface });
         assert!((pdf / s.pdf - 1.0).abs() < 1e-5, "{pdf} {s:?}");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
-use crate::math::{Discrete, Rgb, luminance};
+use crate::math::{Choice, Discrete, Rgb, luminance};
 use crate::shape::{Shape, SurfacePoint};
 
 /// The same radiance in all directions from the front of a shape.
@@ -31,17 +31,26 @@ impl Area {
 
 impl Emitter for Area {
     fn sample_toward(&self, from: Vec3A, u: Vec2) -> Option<EmitterSample> {
-        let (primitive, rest) = self.primitives.sample(u.x);
-        let sample = self.shape.sample_primitive(primitive, from, Vec2::new(rest, u.y))?;
+        let Choice { index, probability, rest } = self.primitives.sample(u.x);
+        let sample = self.shape.sample_primitive(index, from, Vec2::new(rest, u.y))?;
         if !is_front(&sample.point, sample.direction) {
             return None;
         }
-        let pdf = sample.pdf * self.primitives.probability(primitive);
+        let pdf = sample.pdf * probability;
+        let weight = if (1e-30..1e30).contains(&pdf) {
+            self.radiance * (1.0 / pdf as f32)
+        } else {
+            // The inverse may be too small for an f32, and its product with the radiance not.
+            (self.radiance.as_dvec3() / pdf).as_vec3a()
+        };
         Some(EmitterSample {
             direction: sample.direction,
-            weight: (self.radiance.as_dvec3() / pdf).as_vec3a(),
+            weight,
             pdf: narrow(pdf),
-            origin: LightOrigin::Surface(sample.point),
+            origin: LightOrigin::Point {
+                end: sample.point.leave_towards(-sample.direction),
+                error: sample.point.offset,
+            },
         })
     }
 

@@ -1,7 +1,7 @@
 //! Which of the emitters a shadow ray is sent to.
 
 use super::Emitter;
-use crate::math::Discrete;
+use crate::math::{Choice, Discrete};
 
 /// How one emitter is picked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,9 +42,8 @@ impl EmitterChoice {
     /// The index of an emitter, its probability, and `u` rescaled to `[0, 1)` for further use.
     #[must_use]
     pub fn sample(&self, u: f32) -> Option<(usize, f32, f32)> {
-        let distribution = self.distribution.as_ref()?;
-        let (index, rest) = distribution.sample(u);
-        Some((index, distribution.probability(index) as f32, rest))
+        let Choice { index, probability, rest } = self.distribution.as_ref()?.sample(u);
+        Some((index, probability as f32, rest))
     }
 
     /// Probability with which `emitter` is chosen.

@@ -70,10 +70,13 @@ pub struct EmitterSample {
 /// The far end of a shadow ray.
 #[derive(Clone, Copy, Debug)]
 pub enum LightOrigin {
-    /// A point of an emitting surface.
-    Surface(SurfacePoint),
     /// A point in space.
-    Point(Vec3A),
+    Point {
+        /// Where a shadow ray has to end; for a surface, moved off it to the receiver's side.
+        end: Vec3A,
+        /// Bound of the rounding error of the light's surface there; 0 if it has none.
+        error: f32,
+    },
     /// Outside of the scene.
     Infinity,
 }
@@ -83,15 +86,13 @@ impl EmitterSample {
     /// closer than the rounding errors of both, so that nothing can be said to lie between them.
     #[must_use]
     pub fn shadow_ray(&self, receiver: &SurfacePoint) -> Option<Ray> {
-        let (end, end_error) = match &self.origin {
-            LightOrigin::Surface(point) => (point.leave_towards(-self.direction), point.offset),
-            LightOrigin::Point(position) => (*position, 0.0),
-            LightOrigin::Infinity => return Some(receiver.spawn(self.direction)),
-        };
         let start = receiver.leave_towards(self.direction);
+        let LightOrigin::Point { end, error } = self.origin else {
+            return Some(Ray::new(start, self.direction));
+        };
         let segment = end - start;
         let length = segment.length();
-        let t_max = length - (receiver.offset + end_error);
+        let t_max = length - (receiver.offset + error);
         (t_max > 0.0).then(|| Ray::new(start, segment / length).until(t_max))
     }
 }

@@ -32,7 +32,7 @@ impl Emitter for Point {
             direction: (to / distance_squared.sqrt()).as_vec3a(),
             weight,
             pdf: 0.0,
-            origin: LightOrigin::Point(self.position),
+            origin: LightOrigin::Point { end: self.position, error: 0.0 },
         })
     }
 

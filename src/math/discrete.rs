@@ -45,24 +45,36 @@ impl Discrete {
         }
     }
 
-    /// The index chosen by `u` in `[0, 1)`, and `u` rescaled to `[0, 1)` within its share, so that
-    /// one number serves the choice and what comes after it. Never an index of probability 0.
+    /// The index chosen by `u` in `[0, 1)`. Never one of probability 0.
     #[must_use]
-    pub fn sample(&self, u: f32) -> (usize, f32) {
+    pub fn sample(&self, u: f32) -> Choice {
         if self.cumulative.len() == 2 {
-            return (0, u);
+            return Choice { index: 0, probability: 1.0, rest: u };
         }
         let u = f64::from(u);
         // The first entry above u, less one: its share is not empty, since it holds u.
         let last = self.cumulative.len() - 2;
         let mut index = self.cumulative[1..].partition_point(|&c| c <= u).min(last);
         // Rounding may have left the last sum below u; the last share may then be empty.
-        while index > 0 && self.probability(index) <= 0.0 {
+        while self.probability(index) <= 0.0 && index > 0 {
             index -= 1;
         }
-        let rest = (u - self.cumulative[index]) / self.probability(index);
-        (index, (rest as f32).clamp(0.0, ONE_MINUS_ULP))
+        let probability = self.probability(index);
+        let rest = ((u - self.cumulative[index]) / probability) as f32;
+        Choice { index, probability, rest: rest.clamp(0.0, ONE_MINUS_ULP) }
     }
+}
+
+/// What [`Discrete::sample`] chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// Which of the weights.
+    pub index: usize,
+    /// Its probability.
+    pub probability: f64,
+    /// The number rescaled to `[0, 1)` within its share, so that one number serves the choice and what
+    /// comes after it.
+    pub rest: f32,
 }
 
 /// The largest f32 below 1: the largest value that a sample of `[0, 1)` may have.
@@ -85,7 +97,7 @@ mod tests {
         weights[271_828] = 1.0;
         let d = Discrete::new(&weights).expect("one positive weight");
         for u in [0.0, 1e-30, 0.5, ONE_MINUS_ULP] {
-            let (index, rest) = d.sample(u);
+            let Choice { index, rest, .. } = d.sample(u);
             assert_eq!(index, 271_828);
             assert_eq!(rest, u, "a share of 1 leaves the number as it was");
         }
@@ -98,9 +110,10 @@ mod tests {
     fn shares_are_as_long_as_the_weights() {
         let d = Discrete::new(&[1.0, 0.0, 3.0]).expect("positive weights");
         assert_eq!(d.total(), 4.0);
-        assert_eq!(d.sample(0.125), (0, 0.5));
-        assert_eq!(d.sample(0.25), (2, 0.0));
-        assert_eq!(d.sample(0.625), (2, 0.5));
-        assert_eq!(d.sample(ONE_MINUS_ULP).0, 2);
+        let choice = |index, probability, rest| Choice { index, probability, rest };
+        assert_eq!(d.sample(0.125), choice(0, 0.25, 0.5));
+        assert_eq!(d.sample(0.25), choice(2, 0.75, 0.0));
+        assert_eq!(d.sample(0.625), choice(2, 0.75, 0.5));
+        assert_eq!(d.sample(ONE_MINUS_ULP).index, 2);
     }
 }

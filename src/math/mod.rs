@@ -6,7 +6,7 @@ pub mod frame;
 pub mod warp;
 
 pub use aabb::Aabb;
-pub use discrete::Discrete;
+pub use discrete::{Choice, Discrete};
 pub use frame::Frame;
 
 /// Linear sRGB: radiance in W·m⁻²·sr⁻¹ per channel, or a unitless reflectance.

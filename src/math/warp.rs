@@ -14,17 +14,15 @@ use glam::{Vec2, Vec3A};
 #[must_use]
 pub fn square_to_uniform_disk(u: Vec2) -> Vec2 {
     let p = 2.0 * u - Vec2::ONE;
-    if p == Vec2::ZERO {
+    // A choice of numbers and not of code: no processor could foresee which way the branch goes.
+    let across = p.x.abs() > p.y.abs();
+    let (radius, other) = if across { (p.x, p.y) } else { (p.y, p.x) };
+    if radius == 0.0 {
         return Vec2::ZERO;
     }
-    if p.x.abs() > p.y.abs() {
-        let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * (p.y / p.x));
-        p.x * Vec2::new(cos, sin)
-    } else {
-        // The angle from +y.
-        let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * (p.x / p.y));
-        p.y * Vec2::new(sin, cos)
-    }
+    // The angle from ±x, or from ±y.
+    let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * (other / radius));
+    radius * if across { Vec2::new(cos, sin) } else { Vec2::new(sin, cos) }
 }
 
 /// Density of [`square_to_uniform_disk`] per unit area.
@@ -147,13 +145,10 @@ pub fn uniform_cone_to_square(w: Vec3A, one_minus_cos_max: f32) -> Vec2 {
 /// Heitz, "A Low-Distortion Map Between Triangle and Square" (2019).
 #[must_use]
 pub fn square_to_uniform_triangle(u: Vec2) -> Vec2 {
-    if u.y > u.x {
-        let x = 0.5 * u.x;
-        Vec2::new(x, u.y - x)
-    } else {
-        let y = 0.5 * u.y;
-        Vec2::new(u.x - y, y)
-    }
+    // Half the smaller number, taken from both; as a choice of numbers for the same reason as in the disk.
+    let half = 0.5 * u.min_element();
+    let above = u.y > u.x;
+    Vec2::new(if above { half } else { u.x - half }, if above { u.y - half } else { half })
 }
 
 /// Density of [`square_to_uniform_triangle`] per unit of `(u, v)`; divided by twice the triangle's

@@ -154,14 +154,26 @@ pub(crate) fn area_pdf_toward(area: f64, from: Vec3A, point: &SurfacePoint) -> f
 }
 
 /// The sample for a point chosen uniformly on a primitive of `area`; `None` where it is seen edge-on
-/// or coincides with `from`. In f64, so that neither d² nor 1/area overflows on the way.
+/// or coincides with `from`. In f64 where d² or the area is extreme, so that neither d² nor 1/area
+/// overflows on the way.
 #[must_use]
 pub(crate) fn area_sample_toward(
     area: f64,
     from: Vec3A,
     point: SurfacePoint,
 ) -> Option<ShapeSample> {
-    let to = (point.position - from).as_dvec3();
+    let to = point.position - from;
+    let distance_squared = to.length_squared();
+    let area_f32 = area as f32;
+    if IN_RANGE.contains(&distance_squared) && IN_RANGE.contains(&area_f32) {
+        let direction = to / distance_squared.sqrt();
+        let cosine = direction.dot(point.geometric_normal).abs();
+        let pdf = distance_squared / (cosine * area_f32);
+        if pdf.is_finite() {
+            return Some(ShapeSample { point, direction, pdf: pdf.into() });
+        }
+    }
+    let to = to.as_dvec3();
     let distance_squared = to.length_squared();
     let direction = to / distance_squared.sqrt();
     let solid_angle =
@@ -172,3 +184,6 @@ pub(crate) fn area_sample_toward(
         pdf: 1.0 / solid_angle,
     })
 }
+
+/// Squared lengths that have kept all their bits in f32, with room for a cosine.
+const IN_RANGE: std::ops::Range<f32> = 1e-30..1e30;
