@@ -49,9 +49,8 @@ impl Ray {
     #[must_use]
     pub fn is_traceable(&self) -> bool {
         let limit = Vec3A::splat(Self::LARGEST_COORDINATE);
-        let small = |v: Vec3A| v.abs().cmplt(limit).all();
-        small(self.origin)
-            && small(self.direction)
+        let small = |v: Vec3A| v.abs().cmplt(limit);
+        (small(self.origin) & small(self.direction)).all()
             && self.t_min >= 0.0
             && !self.t_max.is_nan()
             && (0.0..=1.0).contains(&self.time)

@@ -1,6 +1,9 @@
 //! Ray queries.
 
+use std::mem::offset_of;
+
 use embree_sys::*;
+use glam::Vec4;
 
 use super::Embree;
 use crate::intersect::{Intersector, for_each_ray};
@@ -17,22 +20,22 @@ impl Intersector for Embree {
             instID: [RTC_INVALID_GEOMETRY_ID],
             ..Default::default()
         };
-        let mut query = RTCRayHit { ray: embree_ray(ray), hit };
-        // SAFETY: the scene is committed; the query has the type, hence the alignment, asked for, and the
-        // ray passed the validation without which Embree's assertions would fail.
-        unsafe { telamon_intersect1(self.scene, &raw mut query) };
-        let RTCRayHit { ray, hit } = query;
-        found(hit.geomID, hit.primID, [ray.tfar, hit.u, hit.v])
+        let mut query = Query { ray: EmbreeRay::new(ray), hit };
+        // SAFETY: the scene is committed; the query has the layout and the alignment asked for (asserted
+        // below), and the ray passed the validation without which Embree's assertions would fail.
+        unsafe { telamon_intersect1(self.scene, (&raw mut query).cast()) };
+        let Query { ray, hit } = query;
+        found(hit.geomID, hit.primID, [ray.t_max, hit.u, hit.v])
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
         if !ray.is_traceable() {
             return false;
         }
-        let mut query = embree_ray(ray);
+        let mut query = EmbreeRay::new(ray);
         // SAFETY: as in `closest_hit`.
-        unsafe { telamon_occluded1(self.scene, &raw mut query) };
-        query.tfar == f32::NEG_INFINITY
+        unsafe { telamon_occluded1(self.scene, (&raw mut query).cast()) };
+        query.t_max == f32::NEG_INFINITY
     }
 
     /// In packets of eight, unless the modes say otherwise.
@@ -97,21 +100,48 @@ fn found(shape: u32, primitive: u32, [t, u, v]: [f32; 3]) -> Option<Hit> {
     (shape != RTC_INVALID_GEOMETRY_ID && t.is_finite()).then_some(Hit { t, u, v, shape, primitive })
 }
 
-fn embree_ray(ray: &Ray) -> RTCRay {
-    let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) =
-        (ray.origin.to_array(), ray.direction.to_array());
-    RTCRay {
-        org_x,
-        org_y,
-        org_z,
-        tnear: ray.t_min,
-        dir_x,
-        dir_y,
-        dir_z,
-        time: ray.time,
-        tfar: ray.t_max,
-        mask: u32::MAX,
-        ..Default::default()
+/// An [`RTCRay`] in whole vectors. Embree reads it so, and a load that spans several small stores has to
+/// wait until they have left the processor's store buffer.
+#[repr(C, align(16))]
+struct EmbreeRay {
+    origin_and_t_min: Vec4,
+    direction_and_time: Vec4,
+    t_max: f32,
+    mask: u32,
+    id: u32,
+    flags: u32,
+}
+
+/// An [`RTCRayHit`].
+#[repr(C)]
+struct Query {
+    ray: EmbreeRay,
+    hit: RTCHit,
+}
+
+const _: () = {
+    assert!(size_of::<EmbreeRay>() == size_of::<RTCRay>());
+    assert!(align_of::<EmbreeRay>() >= align_of::<RTCRay>());
+    assert!(offset_of!(EmbreeRay, origin_and_t_min) == offset_of!(RTCRay, org_x));
+    assert!(offset_of!(RTCRay, tnear) == offset_of!(RTCRay, org_x) + 12);
+    assert!(offset_of!(EmbreeRay, direction_and_time) == offset_of!(RTCRay, dir_x));
+    assert!(offset_of!(RTCRay, time) == offset_of!(RTCRay, dir_x) + 12);
+    assert!(offset_of!(EmbreeRay, t_max) == offset_of!(RTCRay, tfar));
+    assert!(offset_of!(EmbreeRay, mask) == offset_of!(RTCRay, mask));
+    assert!(size_of::<Query>() == size_of::<RTCRayHit>());
+    assert!(offset_of!(Query, hit) == offset_of!(RTCRayHit, hit));
+};
+
+impl EmbreeRay {
+    fn new(ray: &Ray) -> Self {
+        Self {
+            origin_and_t_min: ray.origin.extend(ray.t_min),
+            direction_and_time: ray.direction.extend(ray.time),
+            t_max: ray.t_max,
+            mask: u32::MAX,
+            id: 0,
+            flags: 0,
+        }
     }
 }
 
