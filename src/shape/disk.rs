@@ -20,12 +20,15 @@ pub struct Disk {
 
 impl Disk {
     /// The unit disk (z = 0, normal +z) under `to_world`; `flip_normals` turns the normal.
-    /// `None` if the map is singular or not finite.
+    /// `None` if the map is singular or not finite, as it is or rounded to f32.
     #[must_use]
     pub fn new(to_world: DAffine3, flip_normals: bool) -> Option<Self> {
-        let linear: DMat3 = to_world.matrix3;
+        // Rounded first: both directions then are of one disk, wherever it lies.
+        let to_world = to_world.as_affine3a();
+        let exact = to_world.as_daffine3();
+        let linear: DMat3 = exact.matrix3;
         let determinant = linear.determinant();
-        if !to_world.is_finite() || determinant == 0.0 || !determinant.is_finite() {
+        if !exact.is_finite() || determinant == 0.0 || !determinant.is_finite() {
             return None;
         }
         // Normals go with the inverse transpose, whose direction is the cross product of the axes,
@@ -33,13 +36,8 @@ impl Disk {
         let across = linear.x_axis.cross(linear.y_axis);
         let side = determinant.signum() * if flip_normals { -1.0 } else { 1.0 };
         Some(Self {
-            to_world: Affine3A::from_cols(
-                linear.x_axis.as_vec3a(),
-                linear.y_axis.as_vec3a(),
-                linear.z_axis.as_vec3a(),
-                to_world.translation.as_vec3a(),
-            ),
-            to_local: to_world.inverse(),
+            to_world,
+            to_local: exact.inverse(),
             normal: (across.normalize() * side).as_vec3a(),
             area: std::f64::consts::PI * across.length(),
         })
@@ -48,12 +46,11 @@ impl Disk {
     fn surface_at(&self, p: Vec2) -> SurfacePoint {
         let position = self.to_world.transform_point3a(p.extend(0.0).into());
         let m = self.to_world.matrix3;
-        let extent = m.x_axis.abs() + m.y_axis.abs() + self.to_world.translation.abs();
         SurfacePoint {
             position,
             geometric_normal: self.normal,
             shading_normal: self.normal,
-            offset: error_offset(self.normal, extent),
+            offset: error_offset(self.normal, position, m.x_axis.abs() + m.y_axis.abs()),
         }
     }
 }

@@ -134,14 +134,16 @@ impl TriangleMesh {
     fn surface_at(&self, primitive: usize, b: Vec2) -> (SurfacePoint, f64) {
         let (u, v) = clamp_barycentrics(b);
         let [p0, p1, p2] = self.corners(primitive);
-        let w = 1.0 - u - v;
-        let position = p0 * w + p1 * u + p2 * v;
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        // Far from the origin, where the edges are exact, one rounding; weights for all three corners
+        // would make three.
+        let position = p0 + (e1 * u + e2 * v);
         let (mut geometric_normal, area) = normal_and_area([p0, p1, p2]);
         let mut shading_normal = geometric_normal;
         if !self.normals.is_empty() {
             let [n0, n1, n2] = self.triangles[primitive].map(|i| self.normals[i as usize]);
             // A zero or non-finite interpolated normal leaves the geometric one.
-            if let Some(n) = (n0 * w + n1 * u + n2 * v).try_normalize() {
+            if let Some(n) = (n0 * (1.0 - u - v) + n1 * u + n2 * v).try_normalize() {
                 shading_normal = n.into();
                 // A file's vertex normals say which side is out, even where its winding does not.
                 if shading_normal.dot(geometric_normal) < 0.0 {
@@ -149,8 +151,7 @@ impl TriangleMesh {
                 }
             }
         }
-        let extent = p0.abs().max(p1.abs()).max(p2.abs());
-        let offset = error_offset(geometric_normal, extent);
+        let offset = error_offset(geometric_normal, position, e1.abs().max(e2.abs()));
         let point = SurfacePoint { position, geometric_normal, shading_normal, offset };
         (point, area)
     }

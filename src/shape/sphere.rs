@@ -32,17 +32,13 @@ impl Sphere {
 
     fn surface_at(&self, outward: Vec3A) -> SurfacePoint {
         let normal = outward * self.side;
+        let position = self.center + outward * self.radius;
         SurfacePoint {
-            position: self.center + outward * self.radius,
+            position,
             geometric_normal: normal,
             shading_normal: normal,
-            offset: self.offset(outward),
+            offset: error_offset(outward, position, Vec3A::splat(self.radius)),
         }
-    }
-
-    /// The bound of the rounding error of a point in direction `outward` from the centre.
-    fn offset(&self, outward: Vec3A) -> f32 {
-        error_offset(outward, self.center.abs()) + error_offset(Vec3A::X, Vec3A::splat(self.radius))
     }
 }
 
@@ -180,7 +176,10 @@ impl Sphere {
     fn cone_from(&self, from: Vec3A) -> Option<Cone> {
         let to_center = self.center.as_dvec3() - from.as_dvec3();
         let distance = to_center.length();
-        let reach = f64::from(self.radius + self.offset(Vec3A::ONE));
+        // The offset is largest for a diagonal normal: no component of which exceeds 1.
+        let most = self.center.abs() + self.radius;
+        let offset = error_offset(Vec3A::ONE, most, Vec3A::splat(self.radius));
+        let reach = f64::from(self.radius) + f64::from(offset);
         let sin = f64::from(self.radius) / distance;
         // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
         let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
