@@ -29,7 +29,7 @@ pub struct Embree {
     device: Device,
     modes: EmbreeModes,
     /// Read by Embree through the pointers that it was given.
-    _shapes: Vec<Arc<dyn Shape>>,
+    shapes: Vec<Arc<dyn Shape>>,
     #[expect(clippy::vec_box, reason = "Embree keeps the address of each, and the list grows")]
     _user_shapes: Vec<Box<UserShape>>,
 }
@@ -51,8 +51,8 @@ impl Embree {
         let device = Device::new()?;
         // SAFETY: the device is live.
         let scene = unsafe { rtcNewScene(device.handle) };
-        let _shapes = shapes.to_vec();
-        let mut embree = Self { scene, device, modes, _shapes, _user_shapes: Vec::new() };
+        let mut embree =
+            Self { scene, device, modes, shapes: shapes.to_vec(), _user_shapes: Vec::new() };
         embree.device.check()?;
         // SAFETY: the scene is live and not yet committed.
         unsafe { rtcSetSceneFlags(scene, scene_flags(modes)) };
@@ -87,7 +87,7 @@ impl Embree {
             rtcNewGeometry(self.device.handle, RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE)
         };
         // SAFETY: each vertex is a `Vec3A`, 16 readable bytes of which the first 12 are x, y, z, so the last
-        // one too may be read as 16 bytes; the buffer outlives the scene (`_shapes`).
+        // one too may be read as 16 bytes; the buffer outlives the scene (`shapes`).
         unsafe {
             rtcSetSharedGeometryBuffer(
                 geometry,
@@ -101,7 +101,7 @@ impl Embree {
             );
         }
         // SAFETY: three indices of 4 bytes each, which `TriangleMesh` checked against the number of
-        // vertices; the buffer outlives the scene (`_shapes`).
+        // vertices; the buffer outlives the scene (`shapes`).
         unsafe {
             rtcSetSharedGeometryBuffer(
                 geometry,

@@ -8,6 +8,7 @@ use glam::Vec4;
 use super::Embree;
 use crate::intersect::{Intersector, for_each_ray};
 use crate::ray::{Hit, Ray};
+use crate::shape::Geometry;
 
 impl Intersector for Embree {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
@@ -24,8 +25,8 @@ impl Intersector for Embree {
         // SAFETY: the scene is committed; the query has the layout and the alignment asked for (asserted
         // below), and the ray passed the validation without which Embree's assertions would fail.
         unsafe { telamon_intersect1(self.scene, (&raw mut query).cast()) };
-        let Query { ray, hit } = query;
-        found(hit.geomID, hit.primID, [ray.t_max, hit.u, hit.v])
+        let Query { ray: end, hit } = query;
+        self.found(ray, [hit.geomID, hit.primID], [end.t_max, hit.u, hit.v])
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
@@ -57,10 +58,10 @@ impl Intersector for Embree {
             // SAFETY: as in `closest_hit`; `Lanes` aligns the mask as the manual demands, and rays that
             // did not pass the validation are masked out.
             unsafe { telamon_intersect8(valid.0.as_ptr(), self.scene, &raw mut query, false) };
-            let RTCRayHit8 { ray, hit } = query;
-            for (lane, slot) in hits.iter_mut().enumerate() {
-                let numbers = [ray.tfar[lane], hit.u[lane], hit.v[lane]];
-                *slot = found(hit.geomID[lane], hit.primID[lane], numbers);
+            let RTCRayHit8 { ray: end, hit } = query;
+            for (lane, (ray, slot)) in rays.iter().zip(hits).enumerate() {
+                let numbers = [end.tfar[lane], hit.u[lane], hit.v[lane]];
+                *slot = self.found(ray, [hit.geomID[lane], hit.primID[lane]], numbers);
             }
         }
         let rest = rays.len() / LANES * LANES;
@@ -95,9 +96,45 @@ impl Intersector for Embree {
     }
 }
 
-/// What a query found. Embree reports t = ∞ or NaN for triangles whose test leaves the range of f32.
-fn found(shape: u32, primitive: u32, [t, u, v]: [f32; 3]) -> Option<Hit> {
-    (shape != RTC_INVALID_GEOMETRY_ID && t.is_finite()).then_some(Hit { t, u, v, shape, primitive })
+impl Embree {
+    /// What a query found.
+    fn found(&self, ray: &Ray, [shape, primitive]: [u32; 2], [t, u, v]: [f32; 3]) -> Option<Hit> {
+        // NaN is what the fast mode reports for triangles whose test leaves the range of f32.
+        if shape == RTC_INVALID_GEOMETRY_ID || !t.is_finite() {
+            return None;
+        }
+        let mut hit = Hit { t, u, v, shape, primitive };
+        // One comparison for both; neither is below 0 by more than a rounding.
+        if u + v == 0.0 {
+            self.weigh(ray, &mut hit);
+        }
+        Some(hit)
+    }
+
+    /// Puts the right weights in the place of zeros. Embree divides by the determinant, twice the area
+    /// seen along the ray, only above 1e-18 and reports zeros for all smaller triangles: a mesh of
+    /// a million on a sphere of radius 1e-6 would consist of its vertices.
+    #[cold]
+    fn weigh(&self, ray: &Ray, hit: &mut Hit) {
+        let Geometry::Triangles { positions, triangles } =
+            self.shapes[hit.shape as usize].geometry()
+        else {
+            return;
+        };
+        let corners = triangles[hit.primitive as usize].map(|i| positions[i as usize]);
+        let [a, b, c] = corners.map(|p| p.as_dvec3());
+        // Möller and Trumbore (1997) in f64, for the weights alone.
+        let (edge_1, edge_2) = (b - a, c - a);
+        let direction = ray.direction.as_dvec3();
+        let to_origin = ray.origin.as_dvec3() - a;
+        let p = direction.cross(edge_2);
+        let determinant = edge_1.dot(p);
+        let weights = [to_origin.dot(p), direction.dot(to_origin.cross(edge_1))];
+        let [u, v] = weights.map(|w| (w / determinant).clamp(0.0, 1.0));
+        if u.is_finite() && v.is_finite() {
+            (hit.u, hit.v) = (u as f32, v as f32);
+        }
+    }
 }
 
 /// An [`RTCRay`] in whole vectors. Embree reads it so, and a load that spans several small stores has to
@@ -137,12 +174,18 @@ impl EmbreeRay {
         Self {
             origin_and_t_min: ray.origin.extend(ray.t_min),
             direction_and_time: ray.direction.extend(ray.time),
-            t_max: ray.t_max,
+            t_max: end(ray),
             mask: u32::MAX,
             id: 0,
             flags: 0,
         }
     }
+}
+
+/// The end of the ray's segment. Finite, because at infinity Embree finds triangles whose test
+/// overflows, and −∞ is how it says that a ray is occluded.
+fn end(ray: &Ray) -> f32 {
+    ray.t_max.clamp(-1.0, f32::MAX)
 }
 
 const LANES: usize = 8;
@@ -159,7 +202,7 @@ fn packet(rays: &[Ray]) -> (RTCRay8, Lanes) {
         [packet.org_x[lane], packet.org_y[lane], packet.org_z[lane]] = ray.origin.to_array();
         [packet.dir_x[lane], packet.dir_y[lane], packet.dir_z[lane]] = ray.direction.to_array();
         packet.tnear[lane] = ray.t_min;
-        packet.tfar[lane] = ray.t_max;
+        packet.tfar[lane] = end(ray);
         packet.time[lane] = ray.time;
         valid.0[lane] = -i32::from(ray.is_traceable());
     }
