@@ -16,6 +16,7 @@ use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::Perspective;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
+use crate::ray::Ray;
 use crate::scene::settings::{FilmSettings, IntegratorSettings, SamplerSettings};
 use crate::scene::{Description, Object as SceneObject, Scene};
 use crate::shape::mesh::Dropped;
@@ -169,20 +170,19 @@ impl Parts {
 }
 
 fn dropped_warning(object: &Object<'_>, dropped: Dropped) -> Option<Issue> {
-    let Dropped { not_finite, degenerate } = dropped;
-    (not_finite + degenerate > 0).then(|| {
-        let count = |n: usize| if n == 1 { "1 triangle".into() } else { format!("{n} triangles") };
-        let message = match (not_finite, degenerate) {
-            (0, d) => format!("left out {} without area", count(d)),
-            (n, 0) => format!("left out {} with vertices that are not finite", count(n)),
-            (n, d) => format!(
-                "left out {} without area and {} with vertices that are not finite",
-                count(d),
-                count(n),
-            ),
-        };
-        Issue::new(object.place_of("filename"), message)
-    })
+    let Dropped { degenerate, not_finite, too_large } = dropped;
+    let count = |n: usize| if n == 1 { "1 triangle".into() } else { format!("{n} triangles") };
+    let parts: Vec<_> = [
+        (degenerate, "without area".to_owned()),
+        (not_finite, "with vertices that are not finite".to_owned()),
+        (too_large, format!("with coordinates of {:e} or more", Ray::LARGEST_COORDINATE)),
+    ]
+    .into_iter()
+    .filter(|&(n, _)| n > 0)
+    .map(|(n, what)| format!("{} {what}", count(n)))
+    .collect();
+    let place = object.place_of("filename");
+    (!parts.is_empty()).then(|| Issue::new(place, format!("left out {}", parts.join(" and "))))
 }
 
 type View = (Perspective, FilmSettings, SamplerSettings);

@@ -162,7 +162,10 @@ fn from_mesh(
     if mesh.triangles().is_empty() {
         let name = object.plugin().name;
         let message = format!("shape `{name}` has no triangle with an area and finite vertices");
-        return Err(Issue::new(object.place(), message));
+        return Err(Issue::new(object.place(), message).with_help(format!(
+            "keep all coordinates below {:e} and above what a 32-bit float can hold",
+            Ray::LARGEST_COORDINATE
+        )));
     }
     Ok(BuiltShape { shape: Arc::new(mesh), dropped })
 }

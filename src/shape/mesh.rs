@@ -54,9 +54,10 @@ pub enum MeshError {
 /// How many triangles were left out of a mesh, because no ray can be said to hit them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
-    /// Triangles with a vertex that is not finite, or too large for the engines
-    /// ([`Ray::LARGEST_COORDINATE`]).
+    /// Triangles with a vertex that is not finite.
     pub not_finite: usize,
+    /// Triangles with a vertex of [`Ray::LARGEST_COORDINATE`] or more, which engines cannot take.
+    pub too_large: usize,
     /// Triangles without area.
     pub degenerate: usize,
 }
@@ -215,6 +216,7 @@ impl Shape for TriangleMesh {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Defect {
     NotFinite,
+    TooLarge,
     Degenerate,
 }
 
@@ -222,9 +224,10 @@ enum Defect {
 fn defect(positions: &[Vec3A], triangle: [u32; 3]) -> Option<Defect> {
     let [a, b, c] = triangle.map(|i| positions[i as usize]);
     let largest = a.abs().max(b.abs()).max(c.abs());
-    // NaN is lost by max, so it is asked for by itself; the comparison excludes infinity.
+    // One comparison for nearly all; NaN is lost by max, so it is asked for by itself.
     if a.is_nan() || b.is_nan() || c.is_nan() || largest.max_element() >= Ray::LARGEST_COORDINATE {
-        return Some(Defect::NotFinite);
+        let finite = a.is_finite() && b.is_finite() && c.is_finite();
+        return Some(if finite { Defect::TooLarge } else { Defect::NotFinite });
     }
     // In f64, where the products of the smallest f32 differences do not underflow.
     let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
@@ -254,6 +257,7 @@ fn find_defective(
         for (triangle, defect) in chunk? {
             match defect {
                 Defect::NotFinite => dropped.not_finite += 1,
+                Defect::TooLarge => dropped.too_large += 1,
                 Defect::Degenerate => dropped.degenerate += 1,
             }
             all.push(triangle);
@@ -309,7 +313,7 @@ mod tests {
             triangles[i] = bad;
         }
         let (mesh, dropped) = mesh(triangles).expect("indices are in range");
-        assert_eq!(dropped, Dropped { not_finite: 2, degenerate: 1 });
+        assert_eq!(dropped, Dropped { not_finite: 2, too_large: 0, degenerate: 1 });
         let kept = (0..40_000).filter(|i| ![0, 17_000, 39_998].contains(i)).map(good);
         assert!(mesh.triangles().iter().copied().eq(kept));
     }

@@ -207,10 +207,10 @@ fn positions_are_rounded_once() {
 
 #[test]
 fn triangles_without_area_or_value_are_counted() {
-    let file =
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nv 1e39 0 0\nf 1 2 3\nf 1 2 4\nf 1 5 2\nf 1 2 2\n";
+    let file = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nv 1e39 0 0\nv 0 0 -2e18\nf 1 2 3\nf 1 2 4\nf 1 5 2\n\
+         f 1 2 2\nf 6 1 2\n";
     let loaded = load_bytes(load_obj, file.as_bytes(), &MeshOptions::default()).expect("a mesh");
-    assert_eq!(loaded.dropped, Dropped { not_finite: 2, degenerate: 1 });
+    assert_eq!(loaded.dropped, Dropped { not_finite: 2, too_large: 1, degenerate: 1 });
     assert_eq!(loaded.mesh.triangles(), [[0, 1, 2]]);
 }
 

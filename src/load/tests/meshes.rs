@@ -57,12 +57,15 @@ fn dropped_triangles_are_one_warning() {
     assert_eq!(warnings, ["left out 1 triangle without area"]);
     assert_eq!(loaded.warnings[0].position.as_ref().map(|p| p.line), Some(2));
     // One vertex out of range takes both of the triangles with it that have it.
-    let infinite = OBJ.replace("v 1 0 0", "v 1e38 0 0");
-    let loaded = load("obj", &(infinite + "v 1 0 0\nf 1 4 3\nf 1 1 4\n"), "").expect("valid");
-    let warnings: Vec<_> = loaded.warnings.iter().map(|w| w.message.as_str()).collect();
-    let expected =
-        "left out 1 triangle without area and 2 triangles with vertices that are not finite";
-    assert_eq!(warnings, [expected]);
+    for (vertex, why) in [
+        ("v 1e39 0 0", "with vertices that are not finite"),
+        ("v 1e38 0 0", "with coordinates of 1.844e18 or more"),
+    ] {
+        let far = OBJ.replace("v 1 0 0", vertex);
+        let loaded = load("obj", &(far + "v 1 0 0\nf 1 4 3\nf 1 1 4\n"), "").expect("valid");
+        let warnings: Vec<_> = loaded.warnings.iter().map(|w| w.message.clone()).collect();
+        assert_eq!(warnings, [format!("left out 1 triangle without area and 2 triangles {why}")]);
+    }
 }
 
 #[test]
