@@ -4,7 +4,7 @@ use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3A};
 
 use super::{
     Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
-    error_offset,
+    error_offset, rounding,
 };
 use crate::math::{Aabb, warp};
 use crate::ray::{Hit, Ray};
@@ -50,7 +50,7 @@ impl Disk {
             position,
             geometric_normal: self.normal,
             shading_normal: self.normal,
-            offset: error_offset(self.normal, position, m.x_axis.abs() + m.y_axis.abs()),
+            offset: error_offset(self.normal, rounding(position, m.x_axis.abs() + m.y_axis.abs())),
         }
     }
 }

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
+use super::triangle::{self, Triangle, TrianglePoint};
 use super::{
     Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward, error_offset,
 };
@@ -125,22 +126,17 @@ impl TriangleMesh {
         &self.uvs
     }
 
-    fn corners(&self, primitive: usize) -> [Vec3A; 3] {
-        self.triangles[primitive].map(|i| self.positions[i as usize])
+    #[inline(always)]
+    fn triangle(&self, primitive: usize) -> Triangle {
+        Triangle::new(self.triangles[primitive].map(|i| self.positions[i as usize]))
     }
 
-    /// The surface at barycentric weights `(u, v)` of a triangle, and the triangle's area.
+    /// The surface at a point of a triangle.
     // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
-    fn surface_at(&self, primitive: usize, b: Vec2) -> (SurfacePoint, f64) {
-        let (u, v) = clamp_barycentrics(b);
-        let [p0, p1, p2] = self.corners(primitive);
-        let (e1, e2) = (p1 - p0, p2 - p0);
-        // Far from the origin, where the edges are exact, one rounding; weights for all three corners
-        // would make three.
-        let position = p0 + (e1 * u + e2 * v);
-        let (mut geometric_normal, area) = normal_and_area([p0, p1, p2]);
-        let mut shading_normal = geometric_normal;
+    fn surface_at(&self, primitive: usize, normal: Vec3A, point: TrianglePoint) -> SurfacePoint {
+        let TrianglePoint { position, weights: [u, v], error } = point;
+        let (mut geometric_normal, mut shading_normal) = (normal, normal);
         if !self.normals.is_empty() {
             let [n0, n1, n2] = self.triangles[primitive].map(|i| self.normals[i as usize]);
             // A zero or non-finite interpolated normal leaves the geometric one.
@@ -152,9 +148,12 @@ impl TriangleMesh {
                 }
             }
         }
-        let offset = error_offset(geometric_normal, position, e1.abs().max(e2.abs()));
-        let point = SurfacePoint { position, geometric_normal, shading_normal, offset };
-        (point, area)
+        SurfacePoint {
+            position,
+            geometric_normal,
+            shading_normal,
+            offset: error_offset(geometric_normal, error),
+        }
     }
 }
 
@@ -171,11 +170,14 @@ impl Shape for TriangleMesh {
     }
 
     fn surface(&self, _ray: &Ray, hit: &Hit) -> SurfacePoint {
-        self.surface_at(hit.primitive as usize, Vec2::new(hit.u, hit.v)).0
+        let primitive = hit.primitive as usize;
+        let triangle = self.triangle(primitive);
+        let point = triangle.inner_point(triangle::clamp(Vec2::new(hit.u, hit.v)));
+        self.surface_at(primitive, triangle.normal, point)
     }
 
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
-        let (u, v) = clamp_barycentrics(Vec2::new(hit.u, hit.v));
+        let [u, v] = triangle::clamp(Vec2::new(hit.u, hit.v));
         if self.uvs.is_empty() {
             return Vec2::new(u, v);
         }
@@ -188,12 +190,13 @@ impl Shape for TriangleMesh {
     }
 
     fn primitive_area(&self, primitive: usize) -> f64 {
-        normal_and_area(self.corners(primitive)).1
+        self.triangle(primitive).area
     }
 
     fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
-        let (point, area) = self.surface_at(primitive, warp::square_to_uniform_triangle(u));
-        area_sample_toward(area, from, point)
+        let triangle = self.triangle(primitive);
+        let point = triangle.point(warp::square_to_uniform_triangle(u).to_array());
+        area_sample_toward(triangle.area, from, self.surface_at(primitive, triangle.normal, point))
     }
 
     fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
@@ -264,34 +267,6 @@ fn find_defective(
         }
     }
     Ok((dropped, all))
-}
-
-/// Engines may report weights slightly outside the triangle; inside, interpolation cannot overshoot.
-fn clamp_barycentrics(b: Vec2) -> (f32, f32) {
-    let inside = b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0;
-    if inside {
-        return (b.x, b.y);
-    }
-    let u = b.x.clamp(0.0, 1.0);
-    (u, b.y.clamp(0.0, 1.0 - u))
-}
-
-/// The unit normal of a triangle and its area. In f32 where that is exact to a few roundings; the cross
-/// product of a sliver cancels, and that of very short or very long edges leaves the range, so those are
-/// formed in f64.
-fn normal_and_area([a, b, c]: [Vec3A; 3]) -> (Vec3A, f64) {
-    let (e1, e2) = (b - a, c - a);
-    let n = e1.cross(e2);
-    let (length_squared, edges) = (n.length_squared(), e1.length_squared() * e2.length_squared());
-    // sin² of the angle between the edges: above 1/16 at most two bits cancel.
-    if length_squared > 0.0625 * edges && edges > 1e-30 && edges < 1e30 {
-        let length = length_squared.sqrt();
-        return (n / length, 0.5 * f64::from(length));
-    }
-    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
-    let n = (b - a).cross(c - a);
-    let length = n.length();
-    ((n / length).as_vec3a(), 0.5 * length)
 }
 
 #[cfg(test)]

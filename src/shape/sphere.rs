@@ -6,7 +6,7 @@ use glam::{DVec3, Vec2, Vec3A};
 
 use super::{
     Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
-    error_offset,
+    error_offset, rounding,
 };
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
@@ -37,7 +37,7 @@ impl Sphere {
             position,
             geometric_normal: normal,
             shading_normal: normal,
-            offset: error_offset(outward, position, Vec3A::splat(self.radius)),
+            offset: error_offset(outward, rounding(position, Vec3A::splat(self.radius))),
         }
     }
 }
@@ -178,7 +178,7 @@ impl Sphere {
         let distance = to_center.length();
         // The offset is largest for a diagonal normal: no component of which exceeds 1.
         let most = self.center.abs() + self.radius;
-        let offset = error_offset(Vec3A::ONE, most, Vec3A::splat(self.radius));
+        let offset = rounding(most, Vec3A::splat(self.radius)).element_sum();
         let reach = f64::from(self.radius) + f64::from(offset);
         let sin = f64::from(self.radius) / distance;
         // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
