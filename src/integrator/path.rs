@@ -127,7 +127,7 @@ impl Integrator for Path {
             let Some(sample) = s.directions.sample(shading.bsdf(), shading.wi, u) else {
                 break;
             };
-            let direction = shading.to_world(sample.wo);
+            let direction = shading.onward(&sample);
             if !shading.sides_agree(sample.wo, direction) {
                 break;
             }

@@ -3,7 +3,7 @@
 use glam::Vec3A;
 
 use super::Estimate;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, BsdfSample};
 use crate::emitter::{Emitter, EmitterSample, Sight};
 use crate::intersect::Intersector;
 use crate::math::{Frame, Rgb};
@@ -206,7 +206,7 @@ impl<'a> Shading<'a> {
         sampler: &mut PathSampler<'_>,
     ) -> Option<(Vec3A, Rgb)> {
         let sample = directions.sample(self.bsdf, self.wi, sampler.next_2d())?;
-        let direction = self.to_world(sample.wo);
+        let direction = self.onward(&sample);
         self.sides_agree(sample.wo, direction).then_some((direction, sample.weight))
     }
 
@@ -214,8 +214,11 @@ impl<'a> Shading<'a> {
         self.frame.to_local(direction)
     }
 
-    pub(super) fn to_world(&self, local: Vec3A) -> Vec3A {
-        self.frame.to_world(local)
+    /// The direction of a sample in the world. That of a mirror or of glass comes from the one before it: its
+    /// length would drift, by 1e-4 in ten thousand bounces.
+    pub(super) fn onward(&self, sample: &BsdfSample) -> Vec3A {
+        let direction = self.frame.to_world(sample.wo);
+        if sample.delta { direction.normalize() } else { direction }
     }
 
     /// Whether the shading normal and the geometric normal agree on which side of the surface `wo` is
