@@ -16,11 +16,13 @@ pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
 mod moller_trumbore;
+pub mod recorder;
 
 pub use accel::Accel;
 pub use bvh::Bvh;
 #[cfg(feature = "embree")]
 pub use embree::Embree;
+pub use recorder::Recorder;
 
 /// Answers ray queries over the shapes that it was built from.
 pub trait Intersector: Debug + Send + Sync {
