@@ -7,6 +7,7 @@
 
 pub(crate) mod lights;
 pub(crate) mod materials;
+pub(crate) mod meshes;
 pub(crate) mod pictures;
 pub(crate) mod quadrature;
 pub(crate) mod rays;

@@ -1,0 +1,66 @@
+//! Meshes that tests make, and the engines over them.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3A};
+use telamon::intersect::{self, Backend, Intersector};
+use telamon::shape::{Shape, TriangleMesh};
+
+/// Every engine of this build, in its default modes, over `shapes`.
+pub(crate) fn engines(shapes: &[Arc<dyn Shape>]) -> Vec<Box<dyn Intersector>> {
+    let build = |&backend| intersect::build(backend, shapes).expect("builds");
+    Backend::AVAILABLE.iter().map(build).collect()
+}
+
+/// A mesh without normals, none of whose triangles is defective.
+pub(crate) fn mesh(positions: Vec<Vec3A>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
+    let count = triangles.len();
+    let (mesh, _) = TriangleMesh::new(positions, triangles, Vec::new(), Vec::new()).expect("valid");
+    assert_eq!(mesh.triangles().len(), count, "triangles were dropped");
+    mesh
+}
+
+/// The corners of a triangle of a mesh, in f64.
+pub(crate) fn corners_of(mesh: &TriangleMesh, primitive: u32) -> [DVec3; 3] {
+    let corner = |i: u32| glam::Vec3::from(mesh.positions()[i as usize]).as_dvec3();
+    mesh.triangles()[primitive as usize].map(corner)
+}
+
+/// A sphere as a closed mesh of `2 (rings - 1) segments` triangles: two caps and bands between them,
+/// outwards, each vertex rounded once. Its vertices lie on the sphere, so the mesh lies within.
+pub(crate) fn sphere_mesh(center: DVec3, radius: f64, rings: u32, segments: u32) -> TriangleMesh {
+    let at = |ring: u32, segment: u32| {
+        let theta = PI * f64::from(ring) / f64::from(rings);
+        let phi = TAU * f64::from(segment) / f64::from(segments);
+        let outward = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        (center + outward * radius).as_vec3a()
+    };
+    let pole = |side: f64| (center + DVec3::Z * side * radius).as_vec3a();
+    let mut positions = vec![pole(1.0)];
+    for ring in 1..rings {
+        positions.extend((0..segments).map(|segment| at(ring, segment)));
+    }
+    positions.push(pole(-1.0));
+    let south = positions.len() as u32 - 1;
+    let index = |ring: u32, segment: u32| match ring {
+        0 => 0,
+        _ if ring == rings => south,
+        _ => 1 + (ring - 1) * segments + segment % segments,
+    };
+    let mut triangles = Vec::new();
+    for ring in 0..rings {
+        for segment in 0..segments {
+            let (a, b) = (index(ring, segment), index(ring, segment + 1));
+            let (c, d) = (index(ring + 1, segment), index(ring + 1, segment + 1));
+            // At a pole one edge of the square is a point.
+            if ring > 0 {
+                triangles.push([a, c, b]);
+            }
+            if ring + 1 < rings {
+                triangles.push([b, c, d]);
+            }
+        }
+    }
+    mesh(positions, triangles)
+}
