@@ -5,19 +5,22 @@ mod support;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3A};
+use support::rooms::{
+    self, NO_ROULETTE, closed_cube, closed_sphere, furnace, furnace_radiance, object, scene,
+};
 use support::stats::Moments;
 use telamon::bsdf::{Bsdf, Conductor, Dielectric, Diffuse};
 use telamon::emitter::{Area, ChoicePolicy, Constant, Emitter};
-use telamon::integrator::{Integrator, Path, Tracer, build};
+use telamon::integrator::{Tracer, build};
 use telamon::intersect::{self, Backend, Intersector};
-use telamon::math::{Frame, Rgb, warp};
+use telamon::math::{Frame, Rgb};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
+use telamon::scene::Scene;
 use telamon::scene::settings::{
     DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy,
     Strategy,
 };
-use telamon::scene::{Object, Scene};
 use telamon::shape::{Shape, Sphere, primitives};
 
 const STRATEGIES: [Strategy; 4] = [
@@ -33,41 +36,6 @@ const DIRECTIONS: [DirectionSampling; 3] = [
     DirectionSampling::UniformHemisphere,
 ];
 
-const NO_ROULETTE: Roulette =
-    Roulette { policy: RoulettePolicy::None, min_depth: 0, max_survival: 0.99 };
-
-/// Shapes that share one material, all of which emit the same radiance.
-fn scene(shapes: Vec<Arc<dyn Shape>>, bsdf: Box<dyn Bsdf>, radiance: f32) -> Scene {
-    let mut emitters: Vec<Box<dyn Emitter>> = Vec::new();
-    let objects = shapes
-        .into_iter()
-        .map(|shape| {
-            let emitter = (radiance > 0.0).then(|| {
-                let area = Area::new(Arc::clone(&shape), Rgb::splat(radiance)).expect("an area");
-                emitters.push(Box::new(area));
-                emitters.len() - 1
-            });
-            Object { name: String::new(), shape, bsdf: 0, emitter }
-        })
-        .collect();
-    Scene::new(objects, vec![bsdf], emitters, None).expect("indices in range")
-}
-
-/// The inside of the cube `[-1, 1]³`.
-fn closed_cube() -> Arc<dyn Shape> {
-    Arc::new(primitives::cube(DAffine3::IDENTITY, true).0)
-}
-
-/// The inside of the unit sphere.
-fn closed_sphere() -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(Vec3A::ZERO, 1.0, Frame::from_normal(Vec3A::Z), true))
-}
-
-/// A closed room whose walls emit 1 and have this albedo: radiance 1/(1 − albedo) everywhere.
-fn furnace(shape: Arc<dyn Shape>, albedo: f32) -> Scene {
-    scene(vec![shape], Box::new(Diffuse::new(Rgb::splat(albedo))), 1.0)
-}
-
 fn engine(scene: &Scene, backend: Backend) -> Box<dyn Intersector> {
     intersect::build(backend, &scene.shapes()).expect("builds")
 }
@@ -75,20 +43,8 @@ fn engine(scene: &Scene, backend: Backend) -> Box<dyn Intersector> {
 /// Estimates of the red channel in random directions from a point near the centre.
 fn estimates(scene: &Scene, settings: &IntegratorSettings, count: u32) -> Vec<f64> {
     let engine = engine(scene, Backend::default());
-    let (integrator, _) = build(settings, scene);
-    let integrator = integrator.expect("makes a picture");
-    let sampler = Independent::new(11);
-    let mut tracer = Tracer::new(scene, engine.as_ref());
-    let values = (0..count)
-        .map(|i| {
-            let mut numbers = PathSampler::new(&sampler, i, 0);
-            let direction = warp::square_to_uniform_sphere(numbers.next_2d());
-            let ray = Ray::new(Vec3A::new(0.1, -0.2, 0.05), direction);
-            f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
-        })
-        .collect();
-    assert_eq!(tracer.counts.untraceable, 0);
-    values
+    let from = Vec3A::new(0.1, -0.2, 0.05);
+    rooms::estimates(scene, engine.as_ref(), settings, from, count)
 }
 
 fn path(settings: PathSettings) -> IntegratorSettings {
@@ -137,8 +93,7 @@ fn furnace_with_a_depth_cap_has_no_noise() {
                 max_depth: Some(depth),
                 ..PathSettings::default()
             });
-            let a = f64::from(albedo);
-            let expected = (1.0 - a.powi(depth as i32)) / (1.0 - a);
+            let expected = furnace_radiance(albedo, depth);
             for value in estimates(&furnace(closed_cube(), albedo), &settings, 500) {
                 let tolerance = expected * f64::from(depth) * f64::from(f32::EPSILON);
                 assert!((value - expected).abs() <= tolerance, "{albedo} {depth}: {value}");
@@ -222,7 +177,6 @@ fn varied_room() -> Scene {
         Box::new(Conductor::new(None, Rgb::splat(0.9))),
         Box::new(Dielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
     ];
-    let object = |shape, bsdf, emitter| Object { name: String::new(), shape, bsdf, emitter };
     let objects = vec![
         object(closed_cube(), 0, None),
         object(sphere(-0.6, -0.6, 0.3), 1, None),
@@ -275,8 +229,8 @@ fn white_things_vanish_in_a_white_sky() {
         let outward = |center: Vec3A| -> Arc<dyn Shape> {
             Arc::new(Sphere::new(center, 0.5, Frame::from_normal(Vec3A::Z), false))
         };
-        let object = |shape| Object { name: String::new(), shape, bsdf: 0, emitter: None };
-        let objects = vec![object(outward(Vec3A::X)), object(outward(Vec3A::NEG_X * 2.0))];
+        let spheres = [Vec3A::X, Vec3A::NEG_X * 2.0];
+        let objects = spheres.map(|center| object(outward(center), 0, None)).into();
         let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
         let scene = Scene::new(objects, vec![bsdf], vec![sky], Some(0)).expect("indices in range");
         let settings = path(PathSettings {
@@ -316,41 +270,5 @@ fn ambient_occlusion_is_one_minus_the_form_factor() {
             f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
         });
         Moments::of(values).has_mean(expected, 2).expect("the fraction that is free");
-    }
-}
-
-/// Light below a floor on which a glass sphere rests: none comes up, in 100,000 paths from above.
-#[test]
-fn no_light_leaks_through_a_floor() {
-    let at = |height: f64, scale: f64| {
-        DAffine3::from_translation(DVec3::new(0.0, 0.0, height))
-            * DAffine3::from_scale(DVec3::splat(scale))
-    };
-    let floor: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(0.0, 10.0), false).0);
-    let light: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(-0.1, 5.0), false).0);
-    let glass: Arc<dyn Shape> =
-        Arc::new(Sphere::new(Vec3A::Z, 1.0, Frame::from_normal(Vec3A::Z), false));
-    let emitter = Area::new(Arc::clone(&light), Rgb::ONE).expect("an area");
-    let bsdfs: Vec<Box<dyn Bsdf>> = vec![
-        Box::new(Diffuse::new(Rgb::splat(0.5))),
-        Box::new(Dielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
-    ];
-    let object = |shape, bsdf, emitter| Object { name: String::new(), shape, bsdf, emitter };
-    let objects = vec![object(floor, 0, None), object(light, 0, Some(0)), object(glass, 1, None)];
-    let scene =
-        Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("indices in range");
-    let integrator = Path::new(&PathSettings::default(), &scene);
-    for &backend in Backend::AVAILABLE {
-        let engine = engine(&scene, backend);
-        let mut tracer = Tracer::new(&scene, engine.as_ref());
-        let sampler = Independent::new(1);
-        for i in 0..100_000 {
-            let mut numbers = PathSampler::new(&sampler, i, 0);
-            let target = Vec3A::from((numbers.next_2d() * 4.0 - 2.0).extend(0.0));
-            let origin = Vec3A::new(3.0, 0.0, 4.0);
-            let ray = Ray::new(origin, (target - origin).normalize());
-            let radiance = integrator.estimate(&mut tracer, &ray, &mut numbers).radiance;
-            assert_eq!(radiance, Rgb::ZERO, "{backend}: path {i}");
-        }
     }
 }

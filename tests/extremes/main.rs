@@ -6,6 +6,9 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod closed;
+mod furnaces;
+mod leaving;
 mod queries;
 
 /// Half the spacing of f32 at 1: the largest relative error of one rounding.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec2, Vec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec2, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse};
 use telamon::integrator::Tracer;
 use telamon::math::{Frame, Rgb, warp};
@@ -19,12 +19,12 @@ use crate::support::{points, points_3d};
 
 /// Legs of length `leg` along x and y from the origin.
 fn right_triangle(leg: f32) -> [Arc<dyn Shape>; 1] {
-    [triangle([Vec3::ZERO, Vec3::X * leg, Vec3::Y * leg])]
+    [triangle([Vec3A::ZERO, Vec3A::X * leg, Vec3A::Y * leg])]
 }
 
 /// Upwards through the point (1/4, 1/4) of [`right_triangle`], whose plane is at distance `height`.
 fn upwards(leg: f32, height: f32) -> Ray {
-    Ray::new(Vec3::new(0.25 * leg, 0.25 * leg, -height), Vec3::Z)
+    Ray::new(Vec3A::new(0.25 * leg, 0.25 * leg, -height), Vec3A::Z)
 }
 
 /// Embree's own tolerance for weights is 16 ulp; its distance is 1 ulp off.
@@ -43,7 +43,7 @@ fn a_plain_hit_is_right_to_a_few_ulp() {
 fn a_ray_in_the_plane_misses() {
     for engine in engines(&right_triangle(1.0)) {
         for (origin, direction) in
-            [(Vec3::new(-1.0, 0.5, 0.0), Vec3::X), (Vec3::new(0.2, 0.2, 0.0), Vec3::NEG_Y)]
+            [(Vec3A::new(-1.0, 0.5, 0.0), Vec3A::X), (Vec3A::new(0.2, 0.2, 0.0), Vec3A::NEG_Y)]
         {
             let ray = Ray::new(origin, direction);
             assert_eq!(engine.closest_hit(&ray), None, "{}", engine.name());
@@ -58,7 +58,7 @@ fn untraceable_rays_are_counted() {
     let good = upwards(1.0, 1.0);
     let mut bad = Vec::new();
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e20] {
-        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+        for axis in [Vec3A::X, Vec3A::Y, Vec3A::Z] {
             bad.push(Ray { origin: good.origin + axis * value, ..good });
             bad.push(Ray { direction: good.direction + axis * value, ..good });
         }
@@ -124,10 +124,10 @@ fn segments_of_all_kinds_are_served() {
 fn short_directions_do_no_harm() {
     let ray = upwards(1.0, 1.0);
     for engine in engines(&right_triangle(1.0)) {
-        for direction in [Vec3::ZERO, Vec3::splat(-0.0)] {
+        for direction in [Vec3A::ZERO, Vec3A::splat(-0.0)] {
             assert_eq!(engine.closest_hit(&Ray { direction, ..ray }), None, "{}", engine.name());
         }
-        let short = Ray { direction: Vec3::Z * 1e-30, ..ray };
+        let short = Ray { direction: Vec3A::Z * 1e-30, ..ray };
         let t = engine.closest_hit(&short).expect("ahead").t;
         assert!((t / 1e30 - 1.0).abs() < 4.0 * f32::EPSILON, "{}: {t}", engine.name());
     }
@@ -159,7 +159,7 @@ fn the_smallest_triangles_give_no_nan() {
     for exponent in -40..=-13 {
         let leg = 10f32.powi(exponent);
         // Below 1e-45 the legs are 0.
-        let corners = [Vec3::ZERO, Vec3::X * leg, Vec3::Y * leg].map(Into::into).into();
+        let corners = [Vec3A::ZERO, Vec3A::X * leg, Vec3A::Y * leg].map(Into::into).into();
         let (mesh, _) = TriangleMesh::new(corners, vec![[0, 1, 2]], Vec::new(), Vec::new())
             .expect("indices in range");
         let shapes: [Arc<dyn Shape>; 1] = [Arc::new(mesh)];
@@ -186,7 +186,7 @@ fn small_triangles_have_weights() {
                 assert!(off <= 16.0 * ULP, "{}, {leg} from {height}: {hit:?}", engine.name());
             }
             // At a corner they are 0 for another reason.
-            let corner = engine.closest_hit(&Ray::new(Vec3::NEG_Z, Vec3::Z));
+            let corner = engine.closest_hit(&Ray::new(Vec3A::NEG_Z, Vec3A::Z));
             assert!(corner.is_none_or(|h| h.u == 0.0 && h.v == 0.0), "{corner:?}");
         }
     }
@@ -209,7 +209,7 @@ fn the_largest_triangle_is_hit_and_worse_ones_are_counted() {
     assert_eq!(dropped, Dropped { not_finite: 2, too_large: 1, degenerate: 1 });
     let shapes: [Arc<dyn Shape>; 1] = [Arc::new(mesh)];
     for engine in engines(&shapes) {
-        let hit = engine.closest_hit(&Ray::new(Vec3::NEG_Z, Vec3::Z)).expect("below the middle");
+        let hit = engine.closest_hit(&Ray::new(Vec3A::NEG_Z, Vec3A::Z)).expect("below the middle");
         assert!((hit.t - 1.0).abs() <= 4.0 * ULP, "{}: {hit:?}", engine.name());
     }
 }
@@ -235,12 +235,12 @@ fn axis_parallel_rays_meet_what_is_there() {
     let mut hits = 0;
     for axis in 0..3 {
         for (sign, zero) in [(1.0, 0.0f32), (1.0, -0.0), (-1.0, 0.0), (-1.0, -0.0)] {
-            let mut direction = Vec3::splat(zero);
+            let mut direction = Vec3A::splat(zero);
             direction[axis] = sign;
             // From -1 to 4 along the ray, from 0.5 to 2.5 across it.
             for i in 0..11 * 5 * 5 {
                 let at = |k: i32| 0.5 * k as f32;
-                let mut origin = Vec3::ZERO;
+                let mut origin = Vec3A::ZERO;
                 origin[axis] = at(i % 11 - 2);
                 origin[(axis + 1) % 3] = at(i / 11 % 5 + 1);
                 origin[(axis + 2) % 3] = at(i / 55 + 1);
@@ -265,11 +265,11 @@ fn axis_parallel_rays_meet_what_is_there() {
 #[test]
 fn slivers_are_hit() {
     for scale in [1e-6f32, 1.0, 1e6] {
-        let corners = [Vec3::ZERO, Vec3::X * scale, Vec3::new(0.0, 1e-6, 0.0) * scale];
+        let corners = [Vec3A::ZERO, Vec3A::X * scale, Vec3A::new(0.0, 1e-6, 0.0) * scale];
         for engine in engines(&[triangle(corners)]) {
             for i in 1..1000 {
                 let x = i as f32 / 1000.0;
-                let at = |y: f32| Ray::new(Vec3::new(x, y, -1.0) * scale, Vec3::Z);
+                let at = |y: f32| Ray::new(Vec3A::new(x, y, -1.0) * scale, Vec3A::Z);
                 let inside = at(0.5e-6 * (1.0 - x));
                 let hit = engine.closest_hit(&inside).unwrap_or_else(|| panic!("missed at {x}"));
                 assert!((hit.t / scale - 1.0).abs() <= 4.0 * ULP, "{}: {hit:?}", engine.name());
@@ -294,7 +294,7 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
     let corner = DVec3::new(b * cosine, b * (1.0 - cosine * cosine).sqrt(), 0.0);
     let turns: Vec<Frame> =
         points(151, 4_000).map(|u| Frame::from_normal(warp::square_to_uniform_sphere(u))).collect();
-    let centers: Vec<Vec3> = points_3d(152, 4_000).map(|u| (u * 2.0 - 1.0) * 400.0).collect();
+    let centers: Vec<Vec3A> = points_3d(152, 4_000).map(|u| (u * 2.0 - 1.0) * 400.0).collect();
     let mut positions = Vec::new();
     for (turn, center) in turns.iter().zip(&centers) {
         for p in [DVec3::ZERO, DVec3::X * a, corner] {
@@ -309,11 +309,11 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
         for (i, (u, w)) in points(153, 1_000_000).zip(points(154, 1_000_000)).enumerate() {
             let primitive = i % 4_000;
             let b = warp::square_to_uniform_triangle(u);
-            let point = corner.as_vec3() * b.x + Vec3::X * a as f32 * b.y;
+            let point = corner.as_vec3() * b.x + Vec3A::X * a as f32 * b.y;
             let turn = &turns[primitive];
             let target = centers[primitive] + turn.to_world(point);
             let azimuth = std::f32::consts::TAU * w.x;
-            let away = Vec3::new(
+            let away = Vec3A::new(
                 flat.cos() * azimuth.cos(),
                 flat.cos() * azimuth.sin(),
                 flat.sin() * (if w.y < 0.5 { 1.0 } else { -1.0 }),
@@ -383,7 +383,7 @@ fn occlusion_is_whether_there_is_a_hit() {
 /// triangle to a rounding of each term, where `origin + t · direction` is 0.2 off.
 #[test]
 fn positions_do_not_depend_on_the_distance() {
-    let corners = [Vec3::new(0.3, -0.4, 0.1), Vec3::new(-0.5, 0.2, 0.3), Vec3::new(0.1, 0.6, -0.2)];
+    let corners = [Vec3A::new(0.3, -0.4, 0.1), Vec3A::new(-0.5, 0.2, 0.3), Vec3A::new(0.1, 0.6, -0.2)];
     let shape = triangle(corners);
     let [a, b, c] = corners.map(|p| p.as_dvec3());
     let normal = (b - a).cross(c - a).normalize();

@@ -23,13 +23,25 @@ pub(crate) fn mesh(positions: Vec<Vec3A>, triangles: Vec<[u32; 3]>) -> TriangleM
 
 /// The corners of a triangle of a mesh, in f64.
 pub(crate) fn corners_of(mesh: &TriangleMesh, primitive: u32) -> [DVec3; 3] {
-    let corner = |i: u32| glam::Vec3::from(mesh.positions()[i as usize]).as_dvec3();
+    let corner = |i: u32| glam::Vec3A::from(mesh.positions()[i as usize]).as_dvec3();
     mesh.triangles()[primitive as usize].map(corner)
 }
 
 /// A sphere as a closed mesh of `2 (rings - 1) segments` triangles: two caps and bands between them,
-/// outwards, each vertex rounded once. Its vertices lie on the sphere, so the mesh lies within.
+/// outwards, each vertex rounded once.
 pub(crate) fn sphere_mesh(center: DVec3, radius: f64, rings: u32, segments: u32) -> TriangleMesh {
+    let (mesh, dropped) = sphere_mesh_and_dropped(center, radius, rings, segments);
+    assert_eq!(dropped, 0, "triangles without area");
+    mesh
+}
+
+/// The same, and the number of triangles that rounding has left without area: their neighbours still meet.
+pub(crate) fn sphere_mesh_and_dropped(
+    center: DVec3,
+    radius: f64,
+    rings: u32,
+    segments: u32,
+) -> (TriangleMesh, usize) {
     let at = |ring: u32, segment: u32| {
         let theta = PI * f64::from(ring) / f64::from(rings);
         let phi = TAU * f64::from(segment) / f64::from(segments);
@@ -62,5 +74,8 @@ pub(crate) fn sphere_mesh(center: DVec3, radius: f64, rings: u32, segments: u32)
             }
         }
     }
-    mesh(positions, triangles)
+    let (mesh, dropped) =
+        TriangleMesh::new(positions, triangles, Vec::new(), Vec::new()).expect("valid");
+    assert_eq!((dropped.not_finite, dropped.too_large), (0, 0));
+    (mesh, dropped.degenerate)
 }

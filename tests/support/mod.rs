@@ -11,6 +11,7 @@ pub(crate) mod meshes;
 pub(crate) mod pictures;
 pub(crate) mod quadrature;
 pub(crate) mod rays;
+pub(crate) mod rooms;
 pub(crate) mod stats;
 
 use std::collections::BTreeSet;
