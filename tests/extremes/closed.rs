@@ -16,7 +16,7 @@ use crate::support::{points, points_3d};
 fn inner_rays(center: DVec3, reach: f64, seed: u64, count: u32) -> impl Iterator<Item = Ray> {
     points_3d(seed, count).zip(points(seed + 1, count)).map(move |(a, b)| {
         let origin = center + (a * 2.0 - 1.0).as_dvec3() * reach;
-        Ray::new(origin.as_vec3(), warp::square_to_uniform_sphere(b))
+        Ray::new(origin.as_vec3a(), warp::square_to_uniform_sphere(b))
     })
 }
 
@@ -50,7 +50,7 @@ fn no_ray_leaves_a_sphere_far_away() {
 #[test]
 fn edges_and_vertices_are_closed() {
     let sphere = sphere_mesh(DVec3::ZERO, 2.0, 200, 400);
-    let toward = |p: DVec3| Ray::new(Vec3A::ZERO, p.normalize().as_vec3());
+    let toward = |p: DVec3| Ray::new(Vec3A::ZERO, p.normalize().as_vec3a());
     let vertices: Vec<Ray> =
         sphere.positions().iter().map(|&p| toward(Vec3A::from(p).as_dvec3())).collect();
     let edges: Vec<Ray> = (0..sphere.triangles().len() as u32)

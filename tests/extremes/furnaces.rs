@@ -31,7 +31,7 @@ fn rooms(center: DVec3, size: f64) -> [(&'static str, Arc<dyn Shape>); 3] {
     let (mesh, _) = TriangleMesh::new(outside.positions().to_vec(), inside, Vec::new(), Vec::new())
         .expect("valid");
     let axes = Frame::from_normal(Vec3A::Z);
-    let sphere = Sphere::new(center.as_vec3(), size as f32, axes, true);
+    let sphere = Sphere::new(center.as_vec3a(), size as f32, axes, true);
     [
         ("cube", Arc::new(primitives::cube(at, true).0)),
         ("mesh", Arc::new(mesh)),
@@ -65,7 +65,7 @@ fn paths_stay_in_rooms_of_all_sizes() {
     for exponent in [-10, -9, -6, -3, 0, 3, 6, 9, 12] {
         let size = 10f64.powi(exponent);
         for (name, shape) in rooms(DVec3::ZERO, size) {
-            let from = (DVec3::new(0.1, -0.2, 0.05) * size).as_vec3();
+            let from = (DVec3::new(0.1, -0.2, 0.05) * size).as_vec3a();
             assert_no_path_is_cut(&format!("{name} of 1e{exponent}"), shape, from);
         }
     }
@@ -82,7 +82,7 @@ fn paths_stay_in_rooms_far_away() {
                 if name == "mesh" && power > 17 {
                     continue;
                 }
-                let from = (center + DVec3::new(0.125, -0.25, 0.125)).as_vec3();
+                let from = (center + DVec3::new(0.125, -0.25, 0.125)).as_vec3a();
                 assert_no_path_is_cut(&format!("{name} at {center}"), shape, from);
             }
         }
@@ -109,7 +109,7 @@ fn furnaces_give_2_and_5_everywhere() {
         for (center, size) in places {
             for (name, shape) in rooms(center, size) {
                 let scene = furnace(shape, albedo);
-                let from = (center + DVec3::new(0.125, -0.25, 0.0625) * size).as_vec3();
+                let from = (center + DVec3::new(0.125, -0.25, 0.0625) * size).as_vec3a();
                 for engine in engines(&scene.shapes()) {
                     let values = estimates(&scene, engine.as_ref(), &settings, from, 10_000);
                     // Checks: two albedos, seven places, three rooms, two engines.
@@ -181,7 +181,7 @@ fn corridor(turn: DMat3, reflectance: f32, slope: f64) -> Vec<(String, f32, Vec<
     let settings = PathSettings { roulette: NO_ROULETTE, ..PathSettings::default() };
     let integrator = Path::new(&settings, &scene);
     let direction = turn * (x * slope + y).normalize();
-    let ray = Ray::new((turn * (y * 0.5)).as_vec3(), direction.as_vec3());
+    let ray = Ray::new((turn * (y * 0.5)).as_vec3a(), direction.as_vec3a());
     let look = |engine: Box<dyn Intersector>| {
         let recorder = Recorder::new(engine.as_ref());
         let mut tracer = Tracer::new(&scene, &recorder);

@@ -41,8 +41,8 @@ fn no_ray_meets_the_floor_that_it_leaves() {
         let shapes = [floor(y)];
         for engine in engines(&shapes) {
             for (a, b) in points_3d(301, 20_000).zip(points(302, 20_000)) {
-                let target =
-                    Vec3A::new(20.0 * a.x - 10.0, y, 20.0 * a.y - 10.0) * Vec3A::new(0.99, 1.0, 0.99);
+                let target = Vec3A::new(20.0 * a.x - 10.0, y, 20.0 * a.y - 10.0)
+                    * Vec3A::new(0.99, 1.0, 0.99);
                 let side = if a.z < 0.5 { 1.0 } else { -1.0 };
                 let origin = target + Vec3A::new(3.0 * (a.z - 0.5), 5.0 * side, 1.0);
                 let ray = Ray::new(origin, (target - origin).normalize());
@@ -81,7 +81,7 @@ fn triangles_of_all_shapes_are_left() {
             for (i, u) in (0..).zip(points_3d(312, 1_000)) {
                 let bary = warp::square_to_uniform_triangle(u.truncate());
                 let target =
-                    (a + (b - a) * f64::from(bary.x) + (c - a) * f64::from(bary.y)).as_vec3();
+                    (a + (b - a) * f64::from(bary.x) + (c - a) * f64::from(bary.y)).as_vec3a();
                 let origin = Vec3A::new(u.z, u.x, u.y) * 2.0 - 1.0;
                 let distance = (target - origin).length();
                 let ray = Ray::new(origin, (target - origin) / distance);
@@ -161,7 +161,7 @@ fn assert_all_black(scene: &Scene, ray: impl Fn(Vec3A) -> Ray) {
         let sampler = Independent::new(1);
         for i in 0..500_000 {
             let mut numbers = PathSampler::new(&sampler, i, 0);
-            let ray = ray(numbers.next_2d().extend(numbers.next_1d()));
+            let ray = ray(numbers.next_2d().extend(numbers.next_1d()).into());
             let radiance = integrator.estimate(&mut tracer, &ray, &mut numbers).radiance;
             assert_eq!(radiance, Rgb::ZERO, "{}: path {i}", engine.name());
         }
@@ -188,7 +188,7 @@ fn no_light_leaks_through_a_floor() {
     let scene =
         Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("indices in range");
     assert_all_black(&scene, |u| {
-        let target = (u.truncate() * 4.0 - 2.0).extend(0.0);
+        let target = Vec3A::new(4.0 * u.x - 2.0, 4.0 * u.y - 2.0, 0.0);
         let origin = Vec3A::new(3.0, 0.0, 4.0);
         Ray::new(origin, (target - origin).normalize())
     });
@@ -227,11 +227,10 @@ fn shadow_rays_end_at_the_light() {
             direction: Vec3A::Z,
             weight: Rgb::ONE,
             pdf: 1.0,
-            origin: LightOrigin::Surface(SurfacePoint {
-                position: point.position + Vec3A::Z * (0.5 * point.offset),
-                geometric_normal: Vec3A::NEG_Z,
-                ..point
-            }),
+            origin: LightOrigin::Point {
+                end: point.position + Vec3A::Z * (0.5 * point.offset),
+                error: point.offset,
+            },
         };
         assert!(near.shadow_ray(&point).is_none());
     }
@@ -242,7 +241,7 @@ fn shadow_rays_end_at_the_light() {
 #[test]
 fn smooth_normals_leak_no_light() {
     let coarse = sphere_mesh(DVec3::ZERO, 1.0, 6, 10);
-    let normals = coarse.positions().iter().map(|&p| Vec3A::from(p)).collect();
+    let normals = coarse.positions().iter().map(|&p| p.into()).collect();
     let (smooth, _) = TriangleMesh::new(
         coarse.positions().to_vec(),
         coarse.triangles().to_vec(),

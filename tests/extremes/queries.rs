@@ -298,7 +298,7 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
     let mut positions = Vec::new();
     for (turn, center) in turns.iter().zip(&centers) {
         for p in [DVec3::ZERO, DVec3::X * a, corner] {
-            positions.push(Vec3A::from(*center + turn.to_world(p.as_vec3())));
+            positions.push(Vec3A::from(*center + turn.to_world(p.as_vec3a())));
         }
     }
     let triangles = (0..4_000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
@@ -309,7 +309,7 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
         for (i, (u, w)) in points(153, 1_000_000).zip(points(154, 1_000_000)).enumerate() {
             let primitive = i % 4_000;
             let b = warp::square_to_uniform_triangle(u);
-            let point = corner.as_vec3() * b.x + Vec3A::X * a as f32 * b.y;
+            let point = corner.as_vec3a() * b.x + Vec3A::X * a as f32 * b.y;
             let turn = &turns[primitive];
             let target = centers[primitive] + turn.to_world(point);
             let azimuth = std::f32::consts::TAU * w.x;
@@ -383,7 +383,8 @@ fn occlusion_is_whether_there_is_a_hit() {
 /// triangle to a rounding of each term, where `origin + t · direction` is 0.2 off.
 #[test]
 fn positions_do_not_depend_on_the_distance() {
-    let corners = [Vec3A::new(0.3, -0.4, 0.1), Vec3A::new(-0.5, 0.2, 0.3), Vec3A::new(0.1, 0.6, -0.2)];
+    let corners =
+        [Vec3A::new(0.3, -0.4, 0.1), Vec3A::new(-0.5, 0.2, 0.3), Vec3A::new(0.1, 0.6, -0.2)];
     let shape = triangle(corners);
     let [a, b, c] = corners.map(|p| p.as_dvec3());
     let normal = (b - a).cross(c - a).normalize();

@@ -23,7 +23,7 @@ pub(crate) fn mesh(positions: Vec<Vec3A>, triangles: Vec<[u32; 3]>) -> TriangleM
 
 /// The corners of a triangle of a mesh, in f64.
 pub(crate) fn corners_of(mesh: &TriangleMesh, primitive: u32) -> [DVec3; 3] {
-    let corner = |i: u32| glam::Vec3A::from(mesh.positions()[i as usize]).as_dvec3();
+    let corner = |i: u32| mesh.positions()[i as usize].as_dvec3();
     mesh.triangles()[primitive as usize].map(corner)
 }
 
