@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3A};
+use glam::{DVec2, DVec3, Vec2, Vec3A};
 use support::lights::{Light, emitters, lights, sphere, square, triangle};
 use support::rays::trace;
 use support::stats::{Moments, chi_squared};
@@ -25,7 +25,7 @@ const SAMPLES: u32 = 100_000;
 /// Irradiance at `from` on a surface that faces `normal`, one estimate for each sample.
 fn irradiance(light: &dyn Emitter, from: Vec3A, normal: Vec3A, seed: u64) -> Moments {
     Moments::of(points(seed, SAMPLES).map(|u| {
-        light.sample_toward(from, u).map_or(0.0, |s| {
+        light.sample_toward(from, u.as_dvec2()).map_or(0.0, |s| {
             let cosine = s.direction.as_dvec3().dot(normal.as_dvec3()).max(0.0);
             f64::from(s.weight.x) * cosine
         })
@@ -91,7 +91,7 @@ fn spheres_of_all_sizes_send_what_they_should() {
             irradiance(&light, Vec3A::ZERO, Vec3A::Z, seed)
                 .has_mean(PI * ratio * ratio, 14)
                 .unwrap_or_else(|figures| panic!("{radius} at {distance}: {figures}"));
-            let s = light.sample_toward(Vec3A::ZERO, Vec2::splat(0.5)).expect("seen");
+            let s = light.sample_toward(Vec3A::ZERO, DVec2::splat(0.5)).expect("seen");
             // 1 − cos = s²/(1 + c); six roundings.
             let solid_angle = 2.0 * PI * ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt());
             let relative = f64::from(s.weight.x) / solid_angle - 1.0;
@@ -113,7 +113,7 @@ fn the_seen_side_of_a_sphere_is_covered() {
         let mut counts = [0; 20];
         let mut lost = 0;
         for u in points(seed, SAMPLES) {
-            if light.sample_toward(Vec3A::ZERO, u).is_none() {
+            if light.sample_toward(Vec3A::ZERO, u.as_dvec2()).is_none() {
                 lost += 1;
                 continue;
             }
@@ -158,10 +158,14 @@ fn both_densities_are_one() {
         let (mut seen, mut missed) = (0, 0);
         for u in corners() {
             let usable = |s: EmitterSample| s.pdf > 0.0 && s.weight.is_finite();
-            assert!(area.sample_toward(light.from, u).is_none_or(usable), "{} {u}", light.name);
+            assert!(
+                area.sample_toward(light.from, u.as_dvec2()).is_none_or(usable),
+                "{} {u}",
+                light.name
+            );
         }
         for u in points(seed, 10_000) {
-            let Some(s) = area.sample_toward(light.from, u) else {
+            let Some(s) = area.sample_toward(light.from, u.as_dvec2()) else {
                 continue;
             };
             // The unit vector and the two positions carry 4 roundings each, which a flat view
@@ -173,7 +177,8 @@ fn both_densities_are_one() {
                 continue;
             };
             seen += 1;
-            let tolerance = 2e-6 / cosine + light.direction_error();
+            // Points of a mesh are moved off its edges by 32 u of their size, which counts three times.
+            let tolerance = 2e-6 / cosine + 2e-5 + light.direction_error();
             let off = f64::from(pdf / s.pdf - 1.0).abs();
             assert!(off <= tolerance, "{}: pdf {pdf}, sample {s:?}", light.name);
             // Radiance over density is the weight.
@@ -191,14 +196,14 @@ fn lights_are_dark_where_they_must_be() {
     // The square faces −z.
     for from in [Vec3A::Z, Vec3A::new(3.0, 0.0, 0.0), Vec3A::new(0.5, 0.25, 0.0), Vec3A::ZERO] {
         for u in points(601, 1_000).chain(corners()) {
-            assert!(light.sample_toward(from, u).is_none(), "from {from}");
+            assert!(light.sample_toward(from, u.as_dvec2()).is_none(), "from {from}");
         }
     }
     let shape = square(1.0, Vec3A::ZERO);
     let (pdf, _) = density_seen(&light, shape.as_ref(), Vec3A::Z, Vec3A::NEG_Z).expect("hit");
     assert_eq!(pdf, 0.0, "the back is never sampled");
     let point = Point::new(Vec3A::ONE, Vec3A::ONE);
-    assert!(point.sample_toward(Vec3A::ONE, Vec2::ZERO).is_none());
+    assert!(point.sample_toward(Vec3A::ONE, DVec2::ZERO).is_none());
 }
 
 /// A square of side 1e-10 at a distance of 1e10: a solid angle of 1e-40.
@@ -209,7 +214,7 @@ fn tiny_and_distant_lights_stay_finite() {
     irradiance(&light, Vec3A::ZERO, Vec3A::Z, 602).has_mean(1e-20, 1).expect("Le A / d²");
     let blinding =
         Area::new(square(1.0, Vec3A::Z * 10.0), Vec3A::splat(1e30)).expect("has an area");
-    let s = blinding.sample_toward(Vec3A::ZERO, Vec2::splat(0.3)).expect("seen");
+    let s = blinding.sample_toward(Vec3A::ZERO, DVec2::splat(0.3)).expect("seen");
     assert!(s.weight.is_finite() && s.pdf.is_finite(), "{s:?}");
 }
 
@@ -234,7 +239,7 @@ fn slivers_do_not_disturb_a_mesh_light() {
         let expected = lambert(&polygon, from.as_dvec3(), DVec3::NEG_Z);
         irradiance(&light, from, Vec3A::NEG_Z, 603).has_mean(expected, 2).expect("Lambert");
         // u = 0 chooses the first of the small ones.
-        let s = light.sample_toward(from, Vec2::ZERO).expect("seen");
+        let s = light.sample_toward(from, DVec2::ZERO).expect("seen");
         let point = mesh.sample_primitive(0, from, Vec2::ZERO).expect("as the light has it").point;
         let surface = Some((0, &point));
         let pdf = light.pdf_toward(&Sight { from, direction: s.direction, surface });
@@ -253,7 +258,9 @@ fn directions_inside_a_sphere_follow_their_density() {
     let from = Vec3A::new(0.9, -0.4, 0.5);
     let mut counts = vec![0; grid.cells()];
     for u in points(604, SAMPLES) {
-        counts[grid.cell(light.sample_toward(from, u).expect("all of it is seen").direction)] += 1;
+        counts[grid.cell(
+            light.sample_toward(from, u.as_dvec2()).expect("all of it is seen").direction,
+        )] += 1;
     }
     let seen =
         |w: Vec3A| density_seen(&light, shape.as_ref(), from, w).map_or(0.0, |(pdf, _)| pdf.into());
@@ -286,7 +293,7 @@ fn every_shape_is_tested_as_a_light() {
 #[test]
 fn both_densities_of_the_environment_are_one() {
     let sky = Constant::new(Vec3A::new(1.0, 2.0, 3.0));
-    let s = sky.sample_toward(Vec3A::ZERO, Vec2::splat(0.2)).expect("seen from everywhere");
+    let s = sky.sample_toward(Vec3A::ZERO, DVec2::splat(0.2)).expect("seen from everywhere");
     let sight = Sight { from: Vec3A::ZERO, direction: s.direction, surface: None };
     assert_eq!(s.pdf, sky.pdf_toward(&sight));
     assert!((s.weight * s.pdf - sky.radiance(&sight)).abs().max_element() < 1e-6);
@@ -307,7 +314,7 @@ fn one_emitter_is_always_chosen() {
             assert_eq!(total, 1.0, "{policy:?} {powers:?}");
             let mut counts = [0; 2];
             for u in points(701, SAMPLES) {
-                let (index, probability, rest) = choice.sample(u.x).expect("one emits");
+                let (index, probability, rest) = choice.sample(u.x.into()).expect("one emits");
                 assert_eq!(probability, choice.probability(index));
                 assert!(probability > 0.0 && (0.0..1.0).contains(&rest));
                 counts[index] += 1;

@@ -63,6 +63,25 @@ fn both_halves_of_a_pair_are_independent() {
     uniform((0..COUNT).map(pair), 1).unwrap_or_else(|table| panic!("{table}"));
 }
 
+/// The number that chooses has 40 bits: seen through its upper 16 and the 24 below them, and beside the
+/// other one.
+#[test]
+fn numbers_that_choose_are_uniform_to_the_last_bit() {
+    let sampler = Independent::new(8);
+    let choice = |i| sampler.get_choice(sampler.path(i, 2), 4);
+    let pair = |i| choice(i).as_vec2().into();
+    uniform((0..COUNT).map(pair), 3).unwrap_or_else(|table| panic!("{table}"));
+    // 12 bits from bit `skip` on, which no rounding turns into 1.
+    let bits =
+        |x: f64, skip: i32| ((x * f64::from(skip).exp2()).fract() * 4096.0).floor() as f32 / 4096.0;
+    for (high, low) in [(0, 16), (16, 28)] {
+        let pair = |i| (bits(choice(i).x, high), bits(choice(i).x, low));
+        uniform((0..COUNT).map(pair), 3).unwrap_or_else(|table| panic!("{high} {low}: {table}"));
+    }
+    let in_range = |x: f64| (0.0..1.0).contains(&x) && (x * 2f64.powi(40)).fract() == 0.0;
+    assert!((0..COUNT).all(|i| in_range(choice(i).x) && in_range(choice(i).y)));
+}
+
 /// The low bits count too: a cell of 2⁻¹⁶, seen through its upper and lower half.
 #[test]
 fn low_bits_are_uniform() {
@@ -118,4 +137,6 @@ fn a_path_walks_through_its_dimensions() {
     assert_eq!(path.next_1d(), sampler.get_1d(key, 0));
     assert_eq!(path.next_2d(), sampler.get_2d(key, 1));
     assert_eq!(path.next_1d(), sampler.get_1d(key, 3));
+    assert_eq!(path.next_choice(), sampler.get_choice(key, 4));
+    assert_eq!(path.next_2d(), sampler.get_2d(key, 6));
 }

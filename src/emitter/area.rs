@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3A};
+use glam::{DVec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use crate::math::discrete::round_below_one;
 use crate::math::{Choice, Discrete, Rgb, luminance};
 use crate::shape::{Shape, SurfacePoint};
 
@@ -30,9 +31,10 @@ impl Area {
 }
 
 impl Emitter for Area {
-    fn sample_toward(&self, from: Vec3A, u: Vec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
         let Choice { index, probability, rest } = self.primitives.sample(u.x);
-        let sample = self.shape.sample_primitive(index, from, Vec2::new(rest, u.y))?;
+        let on_primitive = round_below_one(DVec2::new(rest, u.y));
+        let sample = self.shape.sample_primitive(index, from, on_primitive)?;
         if !is_front(&sample.point, sample.direction) {
             return None;
         }

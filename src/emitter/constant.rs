@@ -1,8 +1,9 @@
 //! A uniform environment.
 
-use glam::{Vec2, Vec3A};
+use glam::{DVec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use crate::math::discrete::round_below_one;
 use crate::math::{Rgb, warp};
 
 /// The same radiance from every direction outside the scene.
@@ -20,9 +21,9 @@ impl Constant {
 }
 
 impl Emitter for Constant {
-    fn sample_toward(&self, _from: Vec3A, u: Vec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, _from: Vec3A, u: DVec2) -> Option<EmitterSample> {
         Some(EmitterSample {
-            direction: warp::square_to_uniform_sphere(u),
+            direction: warp::square_to_uniform_sphere(round_below_one(u)),
             weight: self.radiance / warp::UNIFORM_SPHERE_PDF,
             pdf: warp::UNIFORM_SPHERE_PDF,
             origin: LightOrigin::Infinity,

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use glam::{Vec2, Vec3A};
+use glam::{DVec2, Vec3A};
 
 use crate::math::{Rgb, type_word};
 use crate::ray::Ray;
@@ -20,9 +20,9 @@ pub use point::Point;
 
 /// A source of light.
 pub trait Emitter: Debug + Send + Sync {
-    /// A direction in which light from this emitter may arrive at `from`, chosen by `u` in `[0, 1)²`.
-    /// `None` where none can.
-    fn sample_toward(&self, from: Vec3A, u: Vec2) -> Option<EmitterSample>;
+    /// A direction in which light from this emitter may arrive at `from`, chosen by `u` in `[0, 1)²`, of
+    /// which x may have to serve a choice among millions. `None` where none can.
+    fn sample_toward(&self, from: Vec3A, u: DVec2) -> Option<EmitterSample>;
 
     /// Density with which [`Emitter::sample_toward`] chooses what is seen, in sr⁻¹; 0 for an emitter
     /// that no ray can hit.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{Vec2, Vec3A};
+use glam::{DVec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
 use crate::math::{Rgb, luminance};
@@ -23,7 +23,7 @@ impl Point {
 }
 
 impl Emitter for Point {
-    fn sample_toward(&self, from: Vec3A, _u: Vec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, from: Vec3A, _u: DVec2) -> Option<EmitterSample> {
         let to = self.position.as_dvec3() - from.as_dvec3();
         let distance_squared = to.length_squared();
         let weight = (self.intensity.as_dvec3() / distance_squared).as_vec3a();

@@ -71,12 +71,12 @@ impl Path {
         shading: &Shading<'_>,
         sampler: &mut PathSampler<'_>,
     ) -> Rgb {
-        let u = sampler.next_2d();
+        let u = sampler.next_choice();
         let Some((index, probability, rest)) = self.emitters.sample(u.x) else {
             return Rgb::ZERO;
         };
         let emitter = &tracer.scene().emitters()[index];
-        let u = glam::Vec2::new(rest, u.y);
+        let u = glam::DVec2::new(rest, u.y);
         let Some(light) = emitter.sample_toward(vertex.surface.position, u) else {
             return Rgb::ZERO;
         };

@@ -1,5 +1,7 @@
 //! A choice among a finite number of things.
 
+use glam::{DVec2, Vec2};
+
 /// A discrete distribution proportional to given weights, by inversion of its prefix sums.
 #[derive(Clone, Debug)]
 pub struct Discrete {
@@ -45,13 +47,13 @@ impl Discrete {
         }
     }
 
-    /// The index chosen by `u` in `[0, 1)`. Never one of probability 0.
+    /// The index chosen by `u` in `[0, 1)`. Never one of probability 0. What is chosen with a probability near
+    /// the spacing of the numbers is chosen too often or never, so `u` has more bits than an f32.
     #[must_use]
-    pub fn sample(&self, u: f32) -> Choice {
+    pub fn sample(&self, u: f64) -> Choice {
         if self.cumulative.len() == 2 {
             return Choice { index: 0, probability: 1.0, rest: u };
         }
-        let u = f64::from(u);
         // The first entry above u, less one: its share is not empty, since it holds u.
         let last = self.cumulative.len() - 2;
         let mut index = self.cumulative[1..].partition_point(|&c| c <= u).min(last);
@@ -60,8 +62,8 @@ impl Discrete {
             index -= 1;
         }
         let probability = self.probability(index);
-        let rest = ((u - self.cumulative[index]) / probability) as f32;
-        Choice { index, probability, rest: rest.clamp(0.0, ONE_MINUS_ULP) }
+        let rest = (u - self.cumulative[index]) / probability;
+        Choice { index, probability, rest: rest.clamp(0.0, 1.0 - f64::EPSILON / 2.0) }
     }
 }
 
@@ -74,11 +76,17 @@ pub struct Choice {
     pub probability: f64,
     /// The number rescaled to `[0, 1)` within its share, so that one number serves the choice and what
     /// comes after it.
-    pub rest: f32,
+    pub rest: f64,
 }
 
 /// The largest f32 below 1: the largest value that a sample of `[0, 1)` may have.
 pub const ONE_MINUS_ULP: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// Numbers in `[0, 1)`, rounded to f32 without becoming 1.
+#[must_use]
+pub fn round_below_one(u: DVec2) -> Vec2 {
+    u.as_vec2().min(Vec2::splat(ONE_MINUS_ULP))
+}
 
 #[cfg(test)]
 mod tests {
@@ -96,7 +104,7 @@ mod tests {
         let mut weights = vec![0.0; 1_000_000];
         weights[271_828] = 1.0;
         let d = Discrete::new(&weights).expect("one positive weight");
-        for u in [0.0, 1e-30, 0.5, ONE_MINUS_ULP] {
+        for u in [0.0, 1e-30, 0.5, ONE_MINUS_ULP.into()] {
             let Choice { index, rest, .. } = d.sample(u);
             assert_eq!(index, 271_828);
             assert_eq!(rest, u, "a share of 1 leaves the number as it was");
@@ -114,6 +122,6 @@ mod tests {
         assert_eq!(d.sample(0.125), choice(0, 0.25, 0.5));
         assert_eq!(d.sample(0.25), choice(2, 0.75, 0.0));
         assert_eq!(d.sample(0.625), choice(2, 0.75, 0.5));
-        assert_eq!(d.sample(ONE_MINUS_ULP).index, 2);
+        assert_eq!(d.sample(ONE_MINUS_ULP.into()).index, 2);
     }
 }

@@ -1,6 +1,6 @@
 //! Independent uniform numbers from a counter-based generator.
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 use super::{PathKey, Sampler};
 
@@ -32,6 +32,13 @@ impl Sampler for Independent {
     fn get_2d(&self, path: PathKey, dimension: u32) -> Vec2 {
         let bits = bits(path, dimension);
         Vec2::new(to_unit((bits >> 32) as u32), to_unit(bits as u32))
+    }
+
+    /// The first has 40 bits, the second the other 24.
+    fn get_choice(&self, path: PathKey, dimension: u32) -> DVec2 {
+        const ULP: f64 = 1.0 / (1u64 << 40) as f64;
+        let bits = bits(path, dimension);
+        DVec2::new((bits >> 24) as f64 * ULP, to_unit((bits << 8) as u32).into())
     }
 }
 

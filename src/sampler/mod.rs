@@ -6,7 +6,7 @@
 
 use std::fmt::Debug;
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 pub mod independent;
 
@@ -24,6 +24,10 @@ pub trait Sampler: Debug + Send + Sync {
 
     /// Two numbers in `[0, 1)`, for `dimension` and the one after it.
     fn get_2d(&self, path: PathKey, dimension: u32) -> Vec2;
+
+    /// The same for a point that is chosen among many surfaces: the first number has more bits than an f32, as
+    /// a choice among a million takes 20 and what is left of it is one of the point's coordinates.
+    fn get_choice(&self, path: PathKey, dimension: u32) -> DVec2;
 }
 
 /// A path's identity, in a form that its sampler chose.
@@ -57,6 +61,13 @@ impl<'a> PathSampler<'a> {
         let dimension = self.dimension;
         self.dimension += 2;
         self.sampler.get_2d(self.key, dimension)
+    }
+
+    /// The same as [`Sampler::get_choice`] gives them.
+    pub fn next_choice(&mut self) -> DVec2 {
+        let dimension = self.dimension;
+        self.dimension += 2;
+        self.sampler.get_choice(self.key, dimension)
     }
 }
 

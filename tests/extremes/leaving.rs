@@ -211,7 +211,7 @@ fn shadow_rays_end_at_the_light() {
         let point = seen(engine.as_ref(), &[receiver.clone()], &ray);
         let area = Area::new(light.clone(), Rgb::ONE).expect("an area");
         for u in points(341, 1_000) {
-            let sample = area.sample_toward(point.position, u).expect("in front");
+            let sample = area.sample_toward(point.position, u.as_dvec2()).expect("in front");
             let shadow = sample.shadow_ray(&point).expect("far away");
             for (z, blocked) in [(999.999, true), (1000.001, false), (0.001, true), (-0.001, false)]
             {

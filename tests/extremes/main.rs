@@ -9,6 +9,7 @@ mod support;
 mod closed;
 mod furnaces;
 mod leaving;
+mod lights;
 mod queries;
 
 /// Half the spacing of f32 at 1: the largest relative error of one rounding.
