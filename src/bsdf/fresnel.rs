@@ -50,11 +50,11 @@ pub fn dielectric(cos_i: f32, eta: f32) -> DielectricFresnel {
 /// The exact equations for unpolarised light as in Lagarde, "Memo on Fresnel equations" (2013).
 #[must_use]
 pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
-    let cos = cos_i.clamp(0.0, 1.0);
+    // In f64, where the square of the flattest cosine is not 0.
+    let cos = f64::from(cos_i.clamp(0.0, 1.0));
     let (cos2, sin2) = (cos * cos, 1.0 - cos * cos);
     let channel = |eta: f32, k: f32| {
-        let (eta, k, cos, cos2, sin2) =
-            (f64::from(eta), f64::from(k), f64::from(cos), f64::from(cos2), f64::from(sin2));
+        let (eta, k) = (f64::from(eta), f64::from(k));
         let t0 = eta * eta - k * k - sin2;
         let a2_plus_b2 = (t0 * t0 + 4.0 * eta * eta * k * k).sqrt();
         let a = (0.5 * (a2_plus_b2 + t0)).max(0.0).sqrt();
@@ -63,7 +63,8 @@ pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
         let r_s = (t1 - t2) / (t1 + t2);
         let t3 = cos2 * a2_plus_b2 + sin2 * sin2;
         let t4 = t2 * sin2;
-        let r_p = r_s * (t3 - t4) / (t3 + t4);
+        // Both are 0 for an index of 0 seen straight on, where the two polarisations are one.
+        let r_p = if t3 + t4 > 0.0 { r_s * (t3 - t4) / (t3 + t4) } else { r_s };
         (0.5 * (r_s + r_p)) as f32
     };
     Rgb::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
@@ -114,6 +115,22 @@ mod tests {
             assert_eq!(f.reflectance, 0.0);
             assert!((f.cos_t + cos).abs() < 1e-7);
         }
+    }
+
+    /// Whatever the index and the angle, the reflectance is a number from 0 to 1; 4 roundings of f64 and one
+    /// of f32 may put it above.
+    #[test]
+    fn conductors_reflect_at_most_all_light() {
+        let indices = [0.0, 1e-30, 1e-3, 1.0, 1.5, 1e3, 1e18, f32::MAX];
+        for eta in indices {
+            for k in indices {
+                for cos in [1.0, 0.999_999_94, 0.5, 1e-6, 1e-20, f32::MIN_POSITIVE] {
+                    let r = conductor(cos, Rgb::splat(eta), Rgb::splat(k)).x;
+                    assert!((0.0..=1.0 + f32::EPSILON).contains(&r), "{eta} + {k}i at {cos}: {r}");
+                }
+            }
+        }
+        assert_eq!(conductor(1.0, Rgb::ZERO, Rgb::ZERO), Rgb::ONE);
     }
 
     /// Without absorption a conductor is a dielectric.
