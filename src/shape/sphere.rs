@@ -126,7 +126,7 @@ impl Shape for Sphere {
             return area_sample_toward(self.primitive_area(primitive), from, point);
         };
         let frame = Frame::from_normal(cone.axis);
-        let local = warp::square_to_uniform_cone(u, cone.one_minus_cos);
+        let local = warp::square_to_uniform_cone(u, cone.one_minus_cos as f32);
         let direction = frame.to_world(local).normalize();
         // The near root along that direction, and the point it leads to, relative to the centre and in
         // the cone's frame. Not by way of `direction`: rounding it to f32 moves the end by more than
@@ -160,14 +160,15 @@ impl Shape for Sphere {
 /// The cone of directions in which a sphere is seen.
 struct Cone {
     axis: Vec3A,
-    one_minus_cos: f32,
+    /// In f64: that of a sphere at 1e20 times its radius is no f32.
+    one_minus_cos: f64,
     distance: f64,
 }
 
 impl Cone {
     /// Density of directions uniform in the cone, in sr⁻¹.
     fn pdf(&self) -> f64 {
-        f64::from(warp::square_to_uniform_cone_pdf(self.one_minus_cos))
+        0.5 / (PI * self.one_minus_cos)
     }
 }
 
@@ -185,7 +186,7 @@ impl Sphere {
         let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
         (distance > reach).then(|| Cone {
             axis: (to_center / distance).as_vec3a(),
-            one_minus_cos: one_minus_cos as f32,
+            one_minus_cos,
             distance,
         })
     }
