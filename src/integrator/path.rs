@@ -144,6 +144,10 @@ impl Integrator for Path {
             let Some(factor) =
                 s.roulette.play(edges, throughput * (eta * eta), || sampler.next_1d())
             else {
+                // What is no number spoils the sample, so that it is counted.
+                if throughput.is_nan() {
+                    estimate.radiance = throughput;
+                }
                 break;
             };
             throughput *= factor;

@@ -11,9 +11,9 @@ impl Roulette {
     /// of this step compensates. `u` in `[0, 1)` is drawn only where chance decides.
     pub(super) fn play(&self, edges: u32, throughput: Rgb, u: impl FnOnce() -> f32) -> Option<f32> {
         let largest = throughput.max_element();
+        // Nothing left to carry, or no number.
         if largest.is_nan() || largest <= 0.0 {
-            // Nothing left to carry. NaN goes on, to be counted with the sample it spoils.
-            return largest.is_nan().then_some(1.0);
+            return None;
         }
         let survival = match self.policy {
             _ if edges < self.min_depth => return Some(1.0),
@@ -65,5 +65,6 @@ mod tests {
     fn paths_that_carry_nothing_end() {
         assert_eq!(THROUGHPUT.play(0, Rgb::ZERO, no_draw), None);
         assert_eq!(THROUGHPUT.play(3, Rgb::splat(1e-39), no_draw), None);
+        assert_eq!(THROUGHPUT.play(0, Rgb::NAN, no_draw), None);
     }
 }
