@@ -77,14 +77,7 @@ pub(super) static DIELECTRIC: Plugin = Plugin {
         ),
     ],
     parts: &[],
-    build: Build::Bsdf(|object| {
-        Ok(Box::new(Dielectric::new(
-            object.refractive_index("int_ior"),
-            object.refractive_index("ext_ior"),
-            object.rgb("specular_reflectance"),
-            object.rgb("specular_transmittance"),
-        )))
-    }),
+    build: Build::Bsdf(dielectric),
 };
 
 pub(super) static TWOSIDED: Plugin = Plugin {
@@ -116,6 +109,26 @@ fn conductor(object: &Object<'_>) -> Result<Box<dyn Bsdf>, Issue> {
         object.text("material").and_then(metals::find)
     };
     Ok(Box::new(Conductor::new(index, object.rgb("specular_reflectance"))))
+}
+
+fn dielectric(object: &Object<'_>) -> Result<Box<dyn Bsdf>, Issue> {
+    let [int_ior, ext_ior] = ["int_ior", "ext_ior"].map(|name| object.refractive_index(name));
+    // Squares of a few of them, one inside the other, are still in range.
+    let ratio = f64::from(int_ior) / f64::from(ext_ior);
+    if !(1e-6..=1e6).contains(&ratio) {
+        let ratio = ratio as f32;
+        let message = format!("the index behind the surface is {ratio:e} times the one before it");
+        let place = object.place_of(if object.has("int_ior") { "int_ior" } else { "ext_ior" });
+        return Err(Issue::new(place, message).with_help(
+            "keep the ratio between 1e-6 and 1e6: its square is a factor of the light",
+        ));
+    }
+    Ok(Box::new(Dielectric::new(
+        int_ior,
+        ext_ior,
+        object.rgb("specular_reflectance"),
+        object.rgb("specular_transmittance"),
+    )))
 }
 
 fn twosided(object: &Object<'_>) -> Result<Box<dyn Bsdf>, Issue> {

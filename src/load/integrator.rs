@@ -200,10 +200,15 @@ pub(super) fn build(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
 }
 
 fn path(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
+    // Only -1, which stands for no limit, is below 0.
+    let max_depth = u32::try_from(object.integer("max_depth")).ok();
+    let roulette = roulette(object)?;
+    if max_depth.is_none() {
+        check_that_paths_end(object, roulette)?;
+    }
     Ok(IntegratorSettings::Path(PathSettings {
-        // Only -1, which stands for no limit, is below 0.
-        max_depth: u32::try_from(object.integer("max_depth")).ok(),
-        roulette: roulette(object)?,
+        max_depth,
+        roulette,
         strategy: strategy(object),
         directions: directions(object),
         emitter_choice: emitter_choice(object),
@@ -237,6 +242,21 @@ fn roulette(object: &Object<'_>) -> Result<Roulette, Issue> {
         _ => object.float("rr_max_survival") as f32,
     };
     Ok(Roulette { policy, min_depth: object.count("rr_depth"), max_survival })
+}
+
+/// Refuses roulette that lets a path between white walls go on for ever.
+fn check_that_paths_end(object: &Object<'_>, roulette: Roulette) -> Result<(), Issue> {
+    let (property, cause) = match roulette.policy {
+        RoulettePolicy::None => ("rr_policy", "`rr_policy` is `none`"),
+        RoulettePolicy::Fixed(p) if p >= 1.0 => ("rr_survival", "`rr_survival` is 1"),
+        RoulettePolicy::Throughput if roulette.max_survival >= 1.0 => {
+            ("rr_max_survival", "`rr_max_survival` is 1")
+        }
+        RoulettePolicy::Fixed(_) | RoulettePolicy::Throughput => return Ok(()),
+    };
+    let message = format!("{cause} and `max_depth` has no limit, so that a path may never end");
+    Err(Issue::new(object.place_of(property), message)
+        .with_help("give `max_depth` a number, such as 1000"))
 }
 
 fn direct(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {

@@ -96,7 +96,12 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
     ("path", "strategy", "", "<string name='strategy' value='mis_balance'/>"),
     ("path", "directions", "", "<string name='directions' value='cosine'/>"),
     ("path", "emitter_choice", "", "<string name='emitter_choice' value='power'/>"),
-    ("path", "rr_policy", "", "<string name='rr_policy' value='none'/>"),
+    (
+        "path",
+        "rr_policy",
+        "<integer name='max_depth' value='9'/>",
+        "<string name='rr_policy' value='none'/>",
+    ),
     (
         "path",
         "rr_survival",
@@ -328,7 +333,7 @@ fn integrators_mean_what_they_say() {
     assert_eq!(only("emitter_samples"), Strategy::Bsdf);
     assert_eq!(only("bsdf_samples"), Strategy::Emitter);
     let fixed = of("<integrator type='path'><string name='rr_policy' value='fixed'/>\
-         <float name='rr_survival' value='1'/></integrator>");
+         <integer name='max_depth' value='9'/><float name='rr_survival' value='1'/></integrator>");
     let IntegratorSettings::Path(path) = fixed else { panic!("{fixed:?}") };
     assert_eq!(
         (path.roulette.policy, path.roulette.max_survival),
