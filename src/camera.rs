@@ -1,6 +1,6 @@
 //! The camera: from a position on the film to a ray.
 
-use glam::{DAffine3, DVec3, Vec2, Vec3A};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3A};
 
 use crate::ray::Ray;
 
@@ -47,6 +47,9 @@ pub enum CameraError {
     /// A map to the world that is singular or not finite.
     #[error("`to_world` does not map the camera's axes to three independent directions")]
     Singular,
+    /// A position that no engine may be asked about.
+    #[error("the camera is at {}, {}, {} (expected coordinates below {:e})", .0.x, .0.y, .0.z, Ray::LARGEST_COORDINATE)]
+    TooFar(DVec3),
     /// Clip distances that leave nothing to see.
     #[error("`near_clip` is {near} and `far_clip` is {far} (expected 0 <= near_clip < far_clip)")]
     Clip {
@@ -59,7 +62,8 @@ pub enum CameraError {
 
 impl Perspective {
     /// # Errors
-    /// A field of view outside (0, 180), a singular `to_world`, clip distances out of order.
+    /// A field of view outside (0, 180), a singular `to_world`, a position too far away, clip distances out
+    /// of order.
     pub fn new(settings: &PerspectiveSettings) -> Result<Self, CameraError> {
         let s = settings;
         if !(s.fov_x_deg > 0.0 && s.fov_x_deg < 180.0) {
@@ -77,9 +81,13 @@ impl Perspective {
         if volume == 0.0 || !volume.is_finite() || !s.to_world.translation.is_finite() {
             return Err(CameraError::Singular);
         }
+        let position = s.to_world.translation;
+        if position.abs().max_element() >= Ray::LARGEST_COORDINATE.into() {
+            return Err(CameraError::TooFar(position));
+        }
         let half_width = (0.5 * s.fov_x_deg).to_radians().tan();
         Ok(Self {
-            position: s.to_world.translation.as_vec3a(),
+            position: position.as_vec3a(),
             left: left * half_width,
             up: up * (half_width / s.aspect),
             forward,
@@ -95,11 +103,27 @@ impl Perspective {
         Self { up: self.up.normalize() * (self.left.length() / aspect), ..self }
     }
 
-    /// The ray through `film`, a position on the whole film: (0, 0) is its upper left corner, (1, 1)
-    /// its lower right one.
+    /// Whether the directions of neighbouring pixels, on a film of this size, are at least four steps of
+    /// f32 apart: in the middle and in the corners.
     #[must_use]
-    pub fn ray(&self, film: Vec2) -> Ray {
-        let p = film.as_dvec2() + self.principal_point_offset.as_dvec2();
+    pub fn tells_pixels_apart(&self, width: u32, height: u32) -> bool {
+        let pixel = DVec2::new(1.0 / f64::from(width), 1.0 / f64::from(height));
+        let apart = |from: DVec2, to: DVec2| {
+            let [from, to] = [from, to].map(|p| self.ray(p).direction);
+            (to - from).abs().cmpgt(from.abs() * (4.0 * f32::EPSILON)).any()
+        };
+        [(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)].into_iter().all(|(x, y)| {
+            let p = DVec2::new(x, y);
+            (width == 1 || apart(p, p + DVec2::new(pixel.x, 0.0)))
+                && (height == 1 || apart(p, p + DVec2::new(0.0, pixel.y)))
+        })
+    }
+
+    /// The ray through `film`, a position on the whole film: (0, 0) is its upper left corner, (1, 1)
+    /// its lower right one. In f64, since of a film of a million pixels an f32 leaves 16 steps to each.
+    #[must_use]
+    pub fn ray(&self, film: DVec2) -> Ray {
+        let p = film + self.principal_point_offset.as_dvec2();
         let through = self.left * (1.0 - 2.0 * p.x) + self.up * (1.0 - 2.0 * p.y) + self.forward;
         let length = through.length();
         let direction = (through / length).as_vec3a();
@@ -130,9 +154,9 @@ mod tests {
         let camera = Perspective::new(&settings()).expect("valid");
         // 90 degrees across: half width 1 at distance 1; aspect 2: half height 0.5. +x is left.
         for (film, through) in [
-            (Vec2::new(0.5, 0.5), Vec3A::Z),
-            (Vec2::new(0.0, 0.0), Vec3A::new(1.0, 0.5, 1.0)),
-            (Vec2::new(1.0, 1.0), Vec3A::new(-1.0, -0.5, 1.0)),
+            (DVec2::new(0.5, 0.5), Vec3A::Z),
+            (DVec2::new(0.0, 0.0), Vec3A::new(1.0, 0.5, 1.0)),
+            (DVec2::new(1.0, 1.0), Vec3A::new(-1.0, -0.5, 1.0)),
         ] {
             let ray = camera.ray(film);
             assert!(ray.direction.abs_diff_eq(through.normalize(), 1e-7), "{film}");
@@ -144,9 +168,9 @@ mod tests {
     fn another_aspect_keeps_the_width_of_the_view() {
         let wide = Perspective::new(&settings()).expect("valid");
         let square = Perspective::new(&PerspectiveSettings { aspect: 1.0, ..settings() });
-        let expected = square.expect("valid").ray(Vec2::ZERO).direction;
-        assert!(wide.with_aspect(1.0).ray(Vec2::ZERO).direction.abs_diff_eq(expected, 1e-7));
-        assert!(!wide.ray(Vec2::ZERO).direction.abs_diff_eq(expected, 1e-3));
+        let expected = square.expect("valid").ray(DVec2::ZERO).direction;
+        assert!(wide.with_aspect(1.0).ray(DVec2::ZERO).direction.abs_diff_eq(expected, 1e-7));
+        assert!(!wide.ray(DVec2::ZERO).direction.abs_diff_eq(expected, 1e-3));
     }
 
     #[test]
@@ -155,7 +179,7 @@ mod tests {
         let camera =
             Perspective::new(&PerspectiveSettings { principal_point_offset: offset, ..settings() })
                 .expect("valid");
-        assert_eq!(camera.ray(Vec2::splat(0.5) - offset).direction, Vec3A::Z);
+        assert_eq!(camera.ray(DVec2::splat(0.5) - offset.as_dvec2()).direction, Vec3A::Z);
     }
 
     #[test]
@@ -163,9 +187,27 @@ mod tests {
         let camera =
             Perspective::new(&PerspectiveSettings { near_clip: 2.0, far_clip: 4.0, ..settings() })
                 .expect("valid");
-        let ray = camera.ray(Vec2::ZERO);
+        let ray = camera.ray(DVec2::ZERO);
         assert!((ray.direction.z * ray.t_min - 2.0).abs() < 1e-6);
         assert!((ray.direction.z * ray.t_max - 4.0).abs() < 1e-6);
+    }
+
+    /// A thousandth of a degree over 1000 pixels is 1.7e-8 to a pixel, less than the spacing of f32 in an
+    /// oblique direction. Along an axis the directions' small coordinates are finer.
+    #[test]
+    fn pixels_too_narrow_for_directions_are_told() {
+        let narrow = PerspectiveSettings { fov_x_deg: 1e-3, ..settings() };
+        let along = Perspective::new(&narrow).expect("valid");
+        assert!(along.tells_pixels_apart(1000, 500));
+        let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0);
+        let oblique = |fov_x_deg| {
+            let settings = PerspectiveSettings { to_world: turn, fov_x_deg, ..settings() };
+            Perspective::new(&settings).expect("valid")
+        };
+        assert!(!oblique(1e-3).tells_pixels_apart(1000, 500));
+        assert!(oblique(1.0).tells_pixels_apart(1000, 500));
+        // One pixel has no neighbour.
+        assert!(oblique(1e-6).tells_pixels_apart(1, 1));
     }
 
     #[test]
@@ -179,6 +221,13 @@ mod tests {
         let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
         let result = Perspective::new(&PerspectiveSettings { to_world: flat, ..settings() });
         assert_eq!(result.err(), Some(CameraError::Singular));
+        let far = DAffine3::from_translation(DVec3::new(0.0, 1e19, 0.0));
+        let result = Perspective::new(&PerspectiveSettings { to_world: far, ..settings() });
+        let message = result.expect_err("too far").to_string();
+        assert_eq!(
+            message,
+            "the camera is at 0, 10000000000000000000, 0 (expected coordinates below 1.844e18)"
+        );
         let result =
             Perspective::new(&PerspectiveSettings { near_clip: 3.0, far_clip: 2.0, ..settings() });
         assert_eq!(result.err(), Some(CameraError::Clip { near: 3.0, far: 2.0 }));

@@ -3,12 +3,13 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use glam::Vec2;
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::film::{Content, Film, FilterSampler, Tile};
-use crate::integrator::{self, Aov, Integrator, RayCounts, Tracer};
+use crate::integrator::{self, Aov, Estimate, Integrator, RayCounts, Tracer};
 use crate::intersect::Intersector;
+use crate::ray::Ray;
 use crate::sampler::{self, PathSampler, Sampler};
 use crate::scene::Description;
 use crate::scene::settings::IntegratorSettings;
@@ -72,20 +73,7 @@ pub fn render(
     cancel: &AtomicBool,
 ) -> (Film, Statistics) {
     let start = Instant::now();
-    let (picture, aov) = integrator::build(&description.integrator, &description.scene);
-    let layers = match &description.integrator {
-        IntegratorSettings::Aov { layers, .. } => layers.clone(),
-        _ => Vec::new(),
-    };
-    let renderer = Renderer {
-        description,
-        engine,
-        sampler: sampler::build(&description.sampler),
-        filter: FilterSampler::new(description.film.filter),
-        content: Content { picture: picture.is_some(), layers },
-        picture,
-        aov,
-    };
+    let renderer = Renderer::new(description, engine);
     let mut film = Film::new(&description.film, renderer.content.clone());
     let samples_per_pixel = description.sampler.samples_per_pixel;
     let crop = description.film.crop;
@@ -127,6 +115,21 @@ pub fn render(
     (film, statistics)
 }
 
+/// The picture's part of one sample, as [`render`] takes it; `None` if the scene asks for layers alone.
+/// With a [`Recorder`](crate::intersect::Recorder) as its engine this is how a path is followed.
+#[must_use]
+pub fn estimate(
+    description: &Description,
+    engine: &dyn Intersector,
+    id: SampleId,
+) -> Option<Estimate> {
+    let renderer = Renderer::new(description, engine);
+    let (ray, mut sampler) = renderer.begin(id);
+    let mut tracer = Tracer::new(&description.scene, engine);
+    let integrator = renderer.picture.as_ref()?;
+    Some(integrator.estimate(&mut tracer, &ray, &mut sampler))
+}
+
 /// What a tile's samples need.
 struct Renderer<'a> {
     description: &'a Description,
@@ -138,7 +141,24 @@ struct Renderer<'a> {
     aov: Option<Aov<'a>>,
 }
 
-impl Renderer<'_> {
+impl<'a> Renderer<'a> {
+    fn new(description: &'a Description, engine: &'a dyn Intersector) -> Self {
+        let (picture, aov) = integrator::build(&description.integrator, &description.scene);
+        let layers = match &description.integrator {
+            IntegratorSettings::Aov { layers, .. } => layers.clone(),
+            _ => Vec::new(),
+        };
+        Self {
+            description,
+            engine,
+            sampler: sampler::build(&description.sampler),
+            filter: FilterSampler::new(description.film.filter),
+            content: Content { picture: picture.is_some(), layers },
+            picture,
+            aov,
+        }
+    }
+
     /// Adds samples to a tile until each of its pixels has `end`.
     fn add_samples(&self, tile: &mut Tile, end: u32) -> Tally {
         let mut tally = Tally::default();
@@ -160,6 +180,18 @@ impl Renderer<'_> {
         tally
     }
 
+    /// The camera ray of a sample, and the numbers of the rest of its path.
+    fn begin(&self, id: SampleId) -> (Ray, PathSampler<'_>) {
+        let film = &self.description.film;
+        let mut sampler =
+            PathSampler::new(self.sampler.as_ref(), id.y * film.width + id.x, id.sample);
+        let offset = self.filter.sample(sampler.next_2d());
+        // In f64: an f32 would put what lies at the end of pixel 1000 on the next one.
+        let center = DVec2::new(f64::from(id.x) + 0.5, f64::from(id.y) + 0.5);
+        let size = DVec2::new(film.width.into(), film.height.into());
+        (self.description.camera.ray((center + offset.as_dvec2()) / size), sampler)
+    }
+
     /// Adds one sample; whether its value was finite.
     fn add_sample(
         &self,
@@ -168,13 +200,7 @@ impl Renderer<'_> {
         id: SampleId,
         tracer: &mut Tracer<'_>,
     ) -> bool {
-        let film = &self.description.film;
-        let mut sampler =
-            PathSampler::new(self.sampler.as_ref(), id.y * film.width + id.x, id.sample);
-        let offset = self.filter.sample(sampler.next_2d());
-        let position = Vec2::new(id.x as f32 + 0.5, id.y as f32 + 0.5) + offset;
-        let size = Vec2::new(film.width as f32, film.height as f32);
-        let ray = self.description.camera.ray(position / size);
+        let (ray, mut sampler) = self.begin(id);
         let mut finite = true;
         if let Some(integrator) = &self.picture {
             let estimate = integrator.estimate(tracer, &ray, &mut sampler);

@@ -5,7 +5,7 @@ mod support;
 use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{Vec2, Vec3A};
+use glam::{DVec2, Vec3A};
 use support::pictures::{parse, picture, read};
 use telamon::film::picture::{Picture, Values};
 use telamon::film::{Film, FilterSampler};
@@ -147,13 +147,14 @@ fn passes_do_not_change_the_film() {
     let numbers = sampler::build(&description.sampler);
     let filter = FilterSampler::new(description.film.filter);
     let mut tracer = Tracer::new(&description.scene, engine.as_ref());
-    let size = Vec2::new(50.0, 35.0);
+    let size = DVec2::new(50.0, 35.0);
     let pixels = (15..19).flat_map(|y| (12..17).map(move |x| (x, y)));
     for ((x, y), radiance) in pixels.zip(film.radiance()) {
         let sum = (0..131).fold(glam::DVec3::ZERO, |sum, sample| {
             let mut numbers = PathSampler::new(numbers.as_ref(), y * 50 + x, sample);
             let offset = filter.sample(numbers.next_2d());
-            let position = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
+            let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let position = center + offset.as_dvec2();
             let ray = description.camera.ray(position / size);
             sum + integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.as_dvec3()
         });

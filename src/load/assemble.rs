@@ -198,7 +198,15 @@ fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View>
         let message = "this sensor is not used: the first one of the scene is";
         notes.warnings.push(Issue::new(other.place(), message));
     }
-    build_view(sensor).map_err(|issue| notes.issues.push(issue)).ok()
+    let view = build_view(sensor).map_err(|issue| notes.issues.push(issue)).ok()?;
+    let (camera, film, _) = &view;
+    if !camera.tells_pixels_apart(film.width, film.height) {
+        let message = "the field of view is so narrow that neighbouring pixels have the same direction as \
+                       32-bit floats";
+        let help = "make fewer pixels of it, or look along an axis, where directions are finer";
+        notes.warnings.push(Issue::new(sensor.place_of("fov"), message).with_help(help));
+    }
+    Some(view)
 }
 
 fn build_view(sensor: &Object<'_>) -> Result<View, Issue> {

@@ -87,7 +87,7 @@ fn perspective(object: &Object<'_>, film: &FilmSettings) -> Result<Perspective, 
     Perspective::new(&settings).map_err(|error| {
         let place = match error {
             CameraError::FieldOfView(_) => object.place_of("fov"),
-            CameraError::Singular => object.place_of("to_world"),
+            CameraError::Singular | CameraError::TooFar(_) => object.place_of("to_world"),
             CameraError::Clip { .. } => object.place_of("near_clip"),
         };
         Issue::new(place, error.to_string())

@@ -1,6 +1,6 @@
 //! Every property of the table changes what is loaded, and defaults are Mitsuba's.
 
-use glam::{DVec3, Vec2, Vec3A};
+use glam::{DVec2, DVec3, Vec3A};
 
 use super::super::plugins::{Category, Kind, supported};
 use super::{description, load};
@@ -221,7 +221,7 @@ fn fields_of_view_are_mitsubas() {
     let width = |inner: &str| {
         let text = scene_with(Category::Sensor, "perspective", inner);
         let camera = load(&text).expect("valid").description.camera;
-        let left = camera.ray(Vec2::new(0.0, 0.5)).direction;
+        let left = camera.ray(DVec2::new(0.0, 0.5)).direction;
         f64::from(left.x / left.z).atan().to_degrees() * 2.0
     };
     let fov = |axis: &str| {
@@ -255,12 +255,12 @@ fn cameras_are_placed_and_may_be_scaled() {
             .camera
     };
     let lookat = "<lookat origin='1 2 3' target='1 2 0' up='0 1 0'/>";
-    let ray = camera(lookat).ray(Vec2::splat(0.5));
+    let ray = camera(lookat).ray(DVec2::splat(0.5));
     assert_eq!((ray.origin, ray.direction), (Vec3A::new(1.0, 2.0, 3.0), Vec3A::NEG_Z));
     // Seen from the front, the world's -x is to the left of a camera that looks along -z.
-    assert!(camera(lookat).ray(Vec2::new(0.0, 0.5)).direction.x < 0.0);
-    let scaled = camera(&format!("<scale value='5'/>{lookat}")).ray(Vec2::new(0.1, 0.7));
-    assert_eq!(scaled.direction, camera(lookat).ray(Vec2::new(0.1, 0.7)).direction);
+    assert!(camera(lookat).ray(DVec2::new(0.0, 0.5)).direction.x < 0.0);
+    let scaled = camera(&format!("<scale value='5'/>{lookat}")).ray(DVec2::new(0.1, 0.7));
+    assert_eq!(scaled.direction, camera(lookat).ray(DVec2::new(0.1, 0.7)).direction);
 }
 
 /// Without `up`, `lookat` turns the camera as Mitsuba 3.9.1 does, whose matrix for this one is printed to
@@ -274,7 +274,7 @@ fn lookat_without_up_is_mitsubas() {
     );
     let camera = load(&text).expect("valid").description.camera;
     let (left, center) =
-        (camera.ray(Vec2::new(0.0, 0.5)).direction, camera.ray(Vec2::splat(0.5)).direction);
+        (camera.ray(DVec2::new(0.0, 0.5)).direction, camera.ray(DVec2::splat(0.5)).direction);
     let forward = Vec3A::new(-0.285_714, -0.428_571, -0.857_143);
     assert!(center.abs_diff_eq(forward, 1e-6), "{center}");
     let across = (left - center * left.dot(center)).normalize();
