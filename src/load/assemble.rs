@@ -11,7 +11,7 @@ use super::plugins::{Build, Category};
 use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
-use super::{bsdf, emitter, film, integrator, sampler, shape};
+use super::{bsdf, emitter, film, integrator, precision, sampler, shape};
 use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::Perspective;
 use crate::emitter::{Area, Emitter};
@@ -114,6 +114,10 @@ impl Parts {
         warnings: &mut Vec<Issue>,
     ) -> Result<SceneObject, Issue> {
         warnings.extend(dropped_warning(object, built.dropped));
+        let doubts = precision::doubts(built.shape.as_ref()).into_iter();
+        warnings.extend(doubts.map(|(message, help)| {
+            Issue::new(object.place_of("to_world"), message).with_help(help)
+        }));
         let emitter = match object.parts(Category::Emitter).next() {
             None => None,
             Some(light) => match emitter::build(&light)? {

@@ -23,6 +23,7 @@ mod integrator;
 pub mod mesh;
 mod metals;
 pub mod plugins;
+mod precision;
 pub mod problem;
 mod properties;
 mod sampler;
