@@ -392,11 +392,65 @@ fn inspect_shows_what_is_there_and_what_is_skipped() {
     }
 }
 
+/// A ball in a room so bright that a bounce leaves the range of f32.
+const BLINDING: &str = r#"<scene version="3.0.0">
+    <integrator type="path"/>
+    <sensor type="perspective">
+        <sampler type="independent"><integer name="sample_count" value="1"/></sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="4"/>
+            <integer name="height" value="3"/>
+        </film>
+    </sensor>
+    <shape type="cube">
+        <boolean name="flip_normals" value="true"/>
+        <bsdf type="diffuse"/>
+        <emitter type="area"><rgb name="radiance" value="3e38"/></emitter>
+    </shape>
+</scene>
+"#;
+
+#[test]
+fn lost_samples_are_told_and_can_be_followed() {
+    let folder = Folder::with_scene(BLINDING);
+    let run = folder.succeed("render scene.xml --quiet --seed 5 --size 8x6");
+    assert_eq!(
+        run.stderr,
+        "warning: samples that were not finite and are left out: 48; the first is sample 0 of pixel 0,0 with \
+         seed 5\n  help: `telamon trace` follows its path: give it the same scene, --define, --size, --backend \
+         and --accel, and --pixel 0,0 --sample 0 --seed 5\n"
+    );
+    let path = folder.succeed("trace scene.xml --pixel 0,0 --sample 0 --seed 5 --size 8x6").stdout;
+    assert!(path.contains("\nedge 1\n  ray from (0.0, 0.0, 0.0) towards ("), "{path}");
+    assert!(path.contains("(TriangleMesh, Diffuse), triangle "), "{path}");
+    assert!(
+        path.contains("  radiance so far: (3e38, 3e38, 3e38)\n\nedge 2\n  shadow ray "),
+        "{path}"
+    );
+    let end = "\nradiance (inf, inf, inf), which is not finite and left out; alpha 1\n";
+    assert!(path.ends_with(end), "{path}");
+}
+
+#[test]
+fn paths_that_are_not_there_cannot_be_followed() {
+    let folder = Folder::new();
+    let told = folder.fail("trace scene.xml --pixel 32,0", 1);
+    assert_eq!(told, "error: pixel 32,0 does not lie within the film of 32x24 pixels\n");
+    let told = folder.fail("trace scene.xml --pixel 32", 2);
+    assert!(told.contains("expected column and row, such as 3,4"), "{told}");
+    let layers = SCENE.replace(
+        "<integrator type=\"path\"/>",
+        "<integrator type=\"aov\"><string name=\"aovs\" value=\"z:depth\"/></integrator>",
+    );
+    let told = Folder::with_scene(&layers).fail("trace scene.xml --pixel 0,0", 1);
+    assert_eq!(told, "error: there is no path: the integrator makes layers alone\n");
+}
+
 #[test]
 fn help_mentions_every_option() {
     let folder = Folder::new();
     let help = folder.succeed("--help").stdout;
-    for part in ["render", "inspect", "completions", "man", "Example: telamon render"] {
+    for part in ["render", "inspect", "trace", "completions", "man", "Example: telamon render"] {
         assert!(help.contains(part), "{part}: {help}");
     }
     let options = [

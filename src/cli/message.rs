@@ -34,6 +34,11 @@ impl Failure {
         Self(messages.chain(more).collect())
     }
 
+    /// One thing that is wrong.
+    pub(super) fn new(text: impl Into<String>) -> Self {
+        Self(vec![Message::new(text, Severity::Error)])
+    }
+
     /// Several failures as one; `None` if there is none.
     pub(super) fn all(failures: impl IntoIterator<Item = Self>) -> Option<Self> {
         let messages: Vec<_> = failures.into_iter().flat_map(|f| f.0).collect();
@@ -47,13 +52,18 @@ impl Failure {
 
 impl<E: Error> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self(vec![Message::new(error.to_string(), Severity::Error)])
+        Self::new(error.to_string())
     }
 }
 
 /// Shows a warning.
 pub(super) fn warn(text: impl Into<String>) {
     show(&Message::new(text, Severity::Warning));
+}
+
+/// Shows a warning, and what can be done about it.
+pub(super) fn warn_with_help(text: impl Into<String>, help: impl Into<String>) {
+    show(&Message { help: Some(help.into()), ..Message::new(text, Severity::Warning) });
 }
 
 /// Shows each of the loader's warnings once.

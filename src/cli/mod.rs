@@ -20,6 +20,7 @@ mod message;
 mod progress;
 mod render;
 mod table;
+mod trace;
 mod values;
 
 use message::Failure;
@@ -43,6 +44,7 @@ pub(crate) struct CommandLine {
 enum Command {
     Render(render::Arguments),
     Inspect(inspect::Arguments),
+    Trace(trace::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }
@@ -69,6 +71,7 @@ impl CommandLine {
         match self.command {
             Command::Render(arguments) => arguments.run(),
             Command::Inspect(arguments) => arguments.run().map(|()| Ending::Done),
+            Command::Trace(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Completions(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Man(arguments) => arguments.run().map(|()| Ending::Done),
         }

@@ -9,11 +9,11 @@ use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
 use telamon::film::png::write_png;
 use telamon::intersect;
-use telamon::render::{Statistics, render};
+use telamon::render::{SampleId, Statistics, render};
 use telamon::scene::Description;
 use telamon::scene::settings::{Crop, IntegratorSettings};
 
-use super::message::{Failure, say, warn};
+use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
 use super::values::{self, Output, Size};
 use super::{Ending, Input, interrupt};
@@ -251,11 +251,17 @@ fn samples_per_pixel((least, most): (u32, u32)) -> String {
 /// Numbers that should be 0.
 fn warn_of(statistics: &Statistics, seed: u64) {
     if let Some(first) = statistics.non_finite_examples.first() {
-        warn(format!(
-            "samples that were not finite and are left out: {}; the first is sample {} of the pixel \
-             in column {} and row {}, with seed {seed}",
-            statistics.non_finite, first.sample, first.x, first.y
-        ));
+        let SampleId { x, y, sample } = first;
+        let text = format!(
+            "samples that were not finite and are left out: {}; the first is sample {sample} of pixel {x},{y} \
+             with seed {seed}",
+            statistics.non_finite
+        );
+        let help = format!(
+            "`telamon trace` follows its path: give it the same scene, --define, --size, --backend and --accel, \
+             and --pixel {x},{y} --sample {sample} --seed {seed}"
+        );
+        warn_with_help(text, help);
     }
     if statistics.rays.untraceable > 0 {
         warn(format!(

@@ -19,6 +19,13 @@ pub(super) struct Size {
     pub(super) height: u32,
 }
 
+/// A pixel of the whole picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pixel {
+    pub(super) x: u32,
+    pub(super) y: u32,
+}
+
 pub(super) fn output(text: &str) -> Result<Output, OutputError> {
     let path = PathBuf::from(text);
     FileFormat::of(&path).map(|format| Output { path, format })
@@ -35,6 +42,13 @@ pub(super) fn crop(text: &str) -> Result<Crop, String> {
     match numbers(text, ',').as_deref() {
         Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),
         _ => Err("expected first column and row, columns and rows, such as 0,0,64,64".to_owned()),
+    }
+}
+
+pub(super) fn pixel(text: &str) -> Result<Pixel, String> {
+    match numbers(text, ',').as_deref() {
+        Some(&[x, y]) => Ok(Pixel { x, y }),
+        _ => Err("expected column and row, such as 3,4".to_owned()),
     }
 }
 
@@ -72,6 +86,10 @@ mod tests {
         assert_eq!(crop("1,2,3,4"), Ok(Crop { x: 1, y: 2, width: 3, height: 4 }));
         for bad in ["", "1,2,3", "1,2,3,0", "1,2,0,4", "-1,2,3,4", "1,2,3,4,5"] {
             assert!(crop(bad).is_err(), "{bad}");
+        }
+        assert_eq!(pixel("1,2"), Ok(Pixel { x: 1, y: 2 }));
+        for bad in ["", "1", "1,", "-1,2", "1,2,3"] {
+            assert!(pixel(bad).is_err(), "{bad}");
         }
         assert_eq!(define("a=b=c"), Ok(("a".to_owned(), "b=c".to_owned())));
         assert_eq!(define("a="), Ok(("a".to_owned(), String::new())));

@@ -11,6 +11,7 @@ mod furnaces;
 mod leaving;
 mod lights;
 mod queries;
+mod replay;
 
 /// Half the spacing of f32 at 1: the largest relative error of one rounding.
 const ULP: f32 = f32::EPSILON / 2.0;

@@ -1,4 +1,4 @@
-//! Passes over tiles, in parallel.
+//! Passes over tiles, in parallel, and one sample by itself.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -7,12 +7,16 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::film::{Content, Film, FilterSampler, Tile};
-use crate::integrator::{self, Aov, Estimate, Integrator, RayCounts, Tracer};
+use crate::integrator::{self, Aov, Integrator, RayCounts, Tracer};
 use crate::intersect::Intersector;
 use crate::ray::Ray;
 use crate::sampler::{self, PathSampler, Sampler};
 use crate::scene::Description;
 use crate::scene::settings::IntegratorSettings;
+
+mod trace;
+
+pub use trace::{Edge, Trace, trace};
 
 /// Samples that a pass adds to each pixel at most: early passes are short, so that there is a whole
 /// picture soon, later ones long, so that a tile's rays stay in the cache.
@@ -113,21 +117,6 @@ pub fn render(
         elapsed: start.elapsed(),
     };
     (film, statistics)
-}
-
-/// The picture's part of one sample, as [`render`] takes it; `None` if the scene asks for layers alone.
-/// With a [`Recorder`](crate::intersect::Recorder) as its engine this is how a path is followed.
-#[must_use]
-pub fn estimate(
-    description: &Description,
-    engine: &dyn Intersector,
-    id: SampleId,
-) -> Option<Estimate> {
-    let renderer = Renderer::new(description, engine);
-    let (ray, mut sampler) = renderer.begin(id);
-    let mut tracer = Tracer::new(&description.scene, engine);
-    let integrator = renderer.picture.as_ref()?;
-    Some(integrator.estimate(&mut tracer, &ray, &mut sampler))
 }
 
 /// What a tile's samples need.

@@ -1,0 +1,44 @@
+//! One sample by itself: the same as among all others, and followed edge by edge.
+
+use telamon::intersect::recorder::Answer;
+use telamon::intersect::{self, Backend};
+use telamon::math::Rgb;
+use telamon::render::{SampleId, trace};
+use telamon::scene::settings::Crop;
+
+use crate::support::pictures::{in_package, picture, read};
+
+/// The mean of a pixel's samples, each followed by itself, is the pixel, in a crop as on the whole film; and a
+/// path's first edges do not change when it goes on.
+#[test]
+fn samples_are_the_same_by_themselves() {
+    let scene = in_package("scenes/cornell-glass.xml");
+    let mut description = read(&scene, &[("spp", "16"), ("resx", "32"), ("resy", "32")]);
+    let shapes = description.scene.shapes();
+    for &backend in Backend::AVAILABLE {
+        description.film.crop = Crop { x: 0, y: 0, width: 32, height: 32 };
+        let whole = picture(&description, backend).radiance();
+        for (x, y) in [(5, 27), (16, 16), (20, 24)] {
+            description.film.crop = Crop { x, y, width: 1, height: 1 };
+            let pixel = picture(&description, backend).radiance()[0];
+            assert_eq!(whole[(y * 32 + x) as usize], pixel, "{backend}: a crop of {x}, {y}");
+            let engine = intersect::build(backend, &shapes).expect("builds");
+            let mut sum = glam::DVec3::ZERO;
+            for sample in 0..16 {
+                let id = SampleId { x, y, sample };
+                let traced = trace(&description, engine.as_ref(), id).expect("a path tracer");
+                sum += traced.estimate.radiance.as_dvec3();
+                let first = &traced.edges[0];
+                assert!(matches!(first.queries[..], [q] if matches!(q.answer, Answer::Closest(_))));
+                let brighter = traced
+                    .edges
+                    .windows(2)
+                    .all(|e| e[1].radiance.cmpge(e[0].radiance).all() && e[1].queries.len() <= 2);
+                assert!(brighter, "{traced:?}");
+                let last = traced.edges.last().expect("an edge");
+                assert_eq!(last.radiance, traced.estimate.radiance);
+            }
+            assert_eq!((sum / 16.0).as_vec3a(), Rgb::from(pixel), "{backend}: {x}, {y}");
+        }
+    }
+}
