@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use telamon::film::output::remove_temporaries;
+
 /// 128 plus the number of SIGINT, as shells have it.
 pub(super) const EXIT_CODE: u8 = 130;
 
@@ -20,5 +22,6 @@ pub(super) fn watch() -> Result<Arc<AtomicBool>, ctrlc::Error> {
 
 #[expect(clippy::exit, reason = "who asks twice wants no further work, not even an orderly return")]
 fn end_at_once() {
+    remove_temporaries();
     std::process::exit(i32::from(EXIT_CODE));
 }

@@ -6,6 +6,7 @@ use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::picture::Picture;
 
@@ -120,6 +121,7 @@ pub(super) fn write_atomically(
 ) -> Result<(), OutputError> {
     let io = |error| OutputError::Io { path: path.to_owned(), error };
     let temporary = temporary_beside(path)?;
+    let _listed = TEMPORARIES.add(temporary.path());
     let mut writer = BufWriter::new(temporary.as_file());
     contents(&mut writer)?;
     writer.flush().map_err(io)?;
@@ -127,6 +129,48 @@ pub(super) fn write_atomically(
     temporary.as_file().sync_all().map_err(io)?;
     temporary.persist(path).map_err(|e| io(e.error))?;
     Ok(())
+}
+
+/// Removes the temporary files of all pictures that are being written, which then fail: for a process that
+/// ends at once.
+pub fn remove_temporaries() {
+    TEMPORARIES.remove();
+}
+
+static TEMPORARIES: Temporaries = Temporaries(Mutex::new(Vec::new()));
+
+/// Temporary files that are being written. A process that is told to end at once runs no destructors, and
+/// has no other way to know of them.
+struct Temporaries(Mutex<Vec<PathBuf>>);
+
+/// A place in the list, free again when dropped.
+struct Listed<'a> {
+    list: &'a Temporaries,
+    path: PathBuf,
+}
+
+impl Temporaries {
+    fn paths(&self) -> MutexGuard<'_, Vec<PathBuf>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn add(&self, path: &Path) -> Listed<'_> {
+        self.paths().push(path.to_owned());
+        Listed { list: self, path: path.to_owned() }
+    }
+
+    fn remove(&self) {
+        for path in self.paths().drain(..) {
+            // It may have got its name just now, or be gone.
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+impl Drop for Listed<'_> {
+    fn drop(&mut self) {
+        self.list.paths().retain(|path| *path != self.path);
+    }
 }
 
 /// A temporary file in the folder of `path`, gone when dropped.
@@ -213,6 +257,20 @@ mod tests {
         fs::write(&plain, "").expect("writable");
         let mode = |p: &Path| fs::metadata(p).expect("exists").permissions().mode();
         assert_eq!(mode(&path), mode(&plain));
+    }
+
+    #[test]
+    fn who_ends_at_once_removes_what_is_half_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [half, whole] = ["half", "whole"].map(|name| folder.path().join(name));
+        let list = Temporaries(Mutex::new(Vec::new()));
+        for path in [&half, &whole] {
+            fs::write(path, "").expect("writable");
+        }
+        let _listed = list.add(&half);
+        drop(list.add(&whole));
+        list.remove();
+        assert_eq!(names(folder.path()), ["whole"]);
     }
 
     #[test]
