@@ -335,15 +335,31 @@ fn layers_alone_are_refused_as_png_before_rendering() {
     assert_eq!(channels, ["z.T"]);
 }
 
-/// Sends SIGINT to a render without end, `delay` after its start.
-fn interrupt(folder: &Folder, arguments: &str, delay: Duration) -> Run {
-    let child = folder.spawn(arguments);
-    std::thread::sleep(delay);
-    // The shell's own: a small Debian has no program of this name.
-    let kill = format!("kill -INT {}", child.id());
-    let status = Command::new("sh").args(["-c", &kill]).status().expect("a shell is there");
-    assert!(status.success(), "the render had not ended by itself");
-    child.wait_with_output().expect("it ends").into()
+/// A render without end, which ends with the test if that fails.
+struct Endless(Option<Child>);
+
+impl Drop for Endless {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+impl Endless {
+    /// Sends SIGINT, `delay` after the start, and waits for the end.
+    fn interrupt(mut self, delay: Duration) -> Run {
+        std::thread::sleep(delay);
+        let id = self.0.as_ref().expect("not yet waited for").id();
+        // The shell's own: a small Debian has no program of this name.
+        let kill = format!("kill -INT {id}");
+        let status = Command::new("sh").args(["-c", &kill]).status().expect("a shell is there");
+        assert!(status.success(), "the render had not ended by itself");
+        let child = self.0.take().expect("not yet waited for");
+        child.wait_with_output().expect("it ends").into()
+    }
 }
 
 #[test]
@@ -354,7 +370,7 @@ fn ctrl_c_writes_what_is_there_and_says_so() {
     let delays = [0.5, 2.0, 8.0, 30.0].map(Duration::from_secs_f64);
     let run = delays
         .into_iter()
-        .map(|delay| interrupt(&folder, arguments, delay))
+        .map(|delay| Endless(Some(folder.spawn(arguments))).interrupt(delay))
         .find(|run| run.code.is_some() && !folder.names().is_empty())
         .expect("half a minute is enough to begin");
     assert_eq!(run.code, Some(130), "{}", run.stderr);
