@@ -7,6 +7,7 @@
 mod support;
 
 mod closed;
+mod directions;
 mod furnaces;
 mod leaving;
 mod lights;
