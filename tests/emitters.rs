@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec2, Vec3A};
-use support::lights::{Light, emitters, lights, sphere, square, triangle};
+use support::lights::{Light, emitters, lambert, lights, sphere, square, triangle};
 use support::rays::trace;
 use support::stats::{Moments, chi_squared};
 use support::{corners, plugin_names, points};
@@ -30,18 +30,6 @@ fn irradiance(light: &dyn Emitter, from: Vec3A, normal: Vec3A, seed: u64) -> Mom
             f64::from(s.weight.x) * cosine
         })
     }))
-}
-
-/// Lambert: E = ½ Σ θₖ (Γₖ·n) for unit radiance, over the edges of a polygon that lies above the
-/// horizon and whose front faces the receiver.
-fn lambert(polygon: &[DVec3], from: DVec3, normal: DVec3) -> f64 {
-    let next = polygon.iter().cycle().skip(1);
-    let edges = polygon.iter().zip(next).map(|(&a, &b)| {
-        let (a, b) = (a - from, b - from);
-        let across = a.cross(b);
-        across.length().atan2(a.dot(b)) * across.normalize().dot(normal)
-    });
-    0.5 * edges.sum::<f64>().abs()
 }
 
 /// Every light of the table, with the radiance 1, seen from `from` by a surface facing `normal`.

@@ -9,6 +9,7 @@ mod support;
 mod closed;
 mod directions;
 mod furnaces;
+mod invariants;
 mod leaving;
 mod lights;
 mod queries;

@@ -122,3 +122,15 @@ pub(crate) fn emitters() -> Vec<(&'static str, Box<dyn Emitter>, f64)> {
         ("point", Box::new(Point::new(Vec3A::new(3.0, 0.0, 4.0), Vec3A::splat(10.0))), 0.32),
     ]
 }
+
+/// Lambert: E = ½ Σ θₖ (Γₖ·n) for unit radiance, over the edges of a polygon that lies above the
+/// horizon and whose front faces the receiver.
+pub(crate) fn lambert(polygon: &[DVec3], from: DVec3, normal: DVec3) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    let edges = polygon.iter().zip(next).map(|(&a, &b)| {
+        let (a, b) = (a - from, b - from);
+        let across = a.cross(b);
+        across.length().atan2(a.dot(b)) * across.normalize().dot(normal)
+    });
+    0.5 * edges.sum::<f64>().abs()
+}
