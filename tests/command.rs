@@ -448,6 +448,14 @@ fn lost_samples_are_told_and_can_be_followed() {
 }
 
 #[test]
+fn what_half_floats_cannot_hold_is_clamped_and_told() {
+    let folder = Folder::with_scene(&BLINDING.replace("3e38", "1e30"));
+    let run = folder.succeed("render scene.xml -o a.exr --quiet");
+    // Twelve pixels of three channels.
+    assert_eq!(run.stderr, "warning: a.exr: values clamped to ±65504: 36\n");
+}
+
+#[test]
 fn paths_that_are_not_there_cannot_be_followed() {
     let folder = Folder::new();
     let told = folder.fail("trace scene.xml --pixel 32,0", 1);

@@ -6,12 +6,14 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod camera_film;
 mod closed;
 mod directions;
 mod furnaces;
 mod invariants;
 mod leaving;
 mod lights;
+mod limits;
 mod queries;
 mod replay;
 
