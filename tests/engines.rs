@@ -1,38 +1,15 @@
 //! Both engines answer the same about the same shapes, one ray at a time and in batches.
 
+mod support;
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3A};
-use telamon::intersect::{self, Backend, Intersector};
+use support::meshes::{engines, sphere_mesh};
 use telamon::math::{Frame, warp};
 use telamon::ray::{Hit, Ray};
 use telamon::sampler::{Independent, PathSampler};
 use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
-
-/// A sphere of radius `r` as a closed mesh of 2 · rings · segments triangles.
-fn sphere_mesh(center: Vec3A, r: f32, rings: u32, segments: u32) -> TriangleMesh {
-    let mut positions = Vec::new();
-    for ring in 0..=rings {
-        let theta = std::f32::consts::PI * ring as f32 / rings as f32;
-        for segment in 0..segments {
-            let phi = std::f32::consts::TAU * segment as f32 / segments as f32;
-            let n = Vec3A::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-            positions.push(center + n * r);
-        }
-    }
-    let mut triangles = Vec::new();
-    for ring in 0..rings {
-        for segment in 0..segments {
-            let next = (segment + 1) % segments;
-            let at = |ring, segment| ring * segments + segment;
-            let (a, b) = (at(ring, segment), at(ring, next));
-            let (c, d) = (at(ring + 1, segment), at(ring + 1, next));
-            triangles.push([a, c, b]);
-            triangles.push([b, c, d]);
-        }
-    }
-    TriangleMesh::new(positions, triangles, Vec::new(), Vec::new()).expect("indices in range").0
-}
 
 fn shapes() -> Vec<Arc<dyn Shape>> {
     let tilted = DAffine3::from_scale_rotation_translation(
@@ -43,7 +20,7 @@ fn shapes() -> Vec<Arc<dyn Shape>> {
     let (cube, _) = primitives::cube(DAffine3::from_translation(DVec3::new(4.0, 0.0, 0.0)), false);
     let axes = Frame::from_normal(Vec3A::Z);
     vec![
-        Arc::new(sphere_mesh(Vec3A::ZERO, 1.0, 40, 80)),
+        Arc::new(sphere_mesh(DVec3::ZERO, 1.0, 40, 80)),
         Arc::new(Sphere::new(Vec3A::new(-4.0, 0.0, 0.0), 1.25, axes, false)),
         Arc::new(Disk::new(tilted, false).expect("not singular")),
         Arc::new(cube),
@@ -64,11 +41,6 @@ fn rays(count: u32) -> Vec<Ray> {
             if i % 3 == 0 { ray.until(10.0 * u.next_1d()) } else { ray }
         })
         .collect()
-}
-
-fn engines(shapes: &[Arc<dyn Shape>]) -> Vec<Box<dyn Intersector>> {
-    let build = |&backend| intersect::build(backend, shapes).expect("builds");
-    Backend::AVAILABLE.iter().map(build).collect()
 }
 
 #[test]
@@ -181,7 +153,8 @@ fn surfaces_are_left() {
         for distance in [0.0, 1.0, 1e3] {
             let size = 10f32.powi(exponent);
             let center = Vec3A::new(0.3, -0.5, 0.8) * distance * size;
-            let mesh: Arc<dyn Shape> = Arc::new(sphere_mesh(center, size, 20, 40));
+            let mesh: Arc<dyn Shape> =
+                Arc::new(sphere_mesh(center.as_dvec3(), size.into(), 20, 40));
             let shapes = [mesh];
             for engine in engines(&shapes) {
                 for i in 0..2000 {

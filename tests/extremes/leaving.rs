@@ -66,7 +66,7 @@ fn no_ray_meets_the_floor_that_it_leaves() {
 /// triangle again, whichever side it leaves to.
 #[test]
 fn triangles_of_all_shapes_are_left() {
-    let coordinates: Vec<f32> = points(311, 9 * 300)
+    let coordinates: Vec<f32> = points(311, 9 * 1_000)
         .map(|u| 10f64.powf(16.0 * f64::from(u.x) - 8.0).copysign(f64::from(u.y) - 0.5) as f32)
         .collect();
     let mut tested = 0;
@@ -153,13 +153,13 @@ fn thin_shells_are_kept_apart() {
     }
 }
 
-/// Whether 500,000 paths along such rays carry nothing, with each engine.
-fn assert_all_black(scene: &Scene, ray: impl Fn(Vec3A) -> Ray) {
+/// Whether paths along such rays carry nothing, with each engine.
+fn assert_all_black(scene: &Scene, paths: u32, ray: impl Fn(Vec3A) -> Ray) {
     let integrator = Path::new(&PathSettings::default(), scene);
     for engine in engines(&scene.shapes()) {
         let mut tracer = Tracer::new(scene, engine.as_ref());
         let sampler = Independent::new(1);
-        for i in 0..500_000 {
+        for i in 0..paths {
             let mut numbers = PathSampler::new(&sampler, i, 0);
             let ray = ray(numbers.next_2d().extend(numbers.next_1d()).into());
             let radiance = integrator.estimate(&mut tracer, &ray, &mut numbers).radiance;
@@ -187,7 +187,7 @@ fn no_light_leaks_through_a_floor() {
     let objects = vec![object(floor, 0, None), object(light, 0, Some(0)), object(glass, 1, None)];
     let scene =
         Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("indices in range");
-    assert_all_black(&scene, |u| {
+    assert_all_black(&scene, 500_000, |u| {
         let target = Vec3A::new(4.0 * u.x - 2.0, 4.0 * u.y - 2.0, 0.0);
         let origin = Vec3A::new(3.0, 0.0, 4.0);
         Ray::new(origin, (target - origin).normalize())
@@ -261,7 +261,7 @@ fn smooth_normals_leak_no_light() {
         let objects = vec![object(smooth.clone(), 0, None), object(lamp, 0, Some(0))];
         let bsdfs: Vec<Box<dyn Bsdf>> = vec![Box::new(both)];
         let scene = Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("valid");
-        assert_all_black(&scene, |u| {
+        assert_all_black(&scene, 100_000, |u| {
             let target = warp::square_to_uniform_sphere(u.truncate()) * 0.9;
             Ray::new(from, (target - from).normalize())
         });
