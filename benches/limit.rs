@@ -13,17 +13,13 @@
 
 mod support;
 
-use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, PoisonError};
-
 use embree_sys::bare;
 use rayon::prelude::*;
-use telamon::intersect::{self, Backend, Intersector};
-use telamon::ray::{Hit, Ray};
-use telamon::render::{Statistics, render};
+use telamon::intersect::{self, Backend};
 use telamon::scene::Description;
 
-use support::{Arguments, Outcome, SceneFile, Spread, buffers, seconds};
+use support::recorder::{record, trace};
+use support::{Arguments, Outcome, SceneFile, Spread, bare_meshes, buffers, seconds};
 
 /// Interleaved runs of each side.
 const RUNS: usize = 9;
@@ -57,82 +53,15 @@ fn main() -> Outcome {
     Ok(())
 }
 
-/// Passes rays on to an engine and keeps them.
-#[derive(Debug)]
-struct Recorder<'a> {
-    engine: &'a dyn Intersector,
-    queries: Mutex<Vec<bare::Query>>,
-}
-
-impl Recorder<'_> {
-    fn record(&self, ray: &Ray, occlusion: bool) {
-        let query = bare::Query {
-            origin: ray.origin.into(),
-            t_min: ray.t_min,
-            direction: ray.direction.into(),
-            t_max: ray.t_max,
-            occlusion: occlusion.into(),
-        };
-        self.queries.lock().unwrap_or_else(PoisonError::into_inner).push(query);
-    }
-}
-
-impl Intersector for Recorder<'_> {
-    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.record(ray, false);
-        self.engine.closest_hit(ray)
-    }
-
-    fn occluded(&self, ray: &Ray) -> bool {
-        self.record(ray, true);
-        self.engine.occluded(ray)
-    }
-
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        rays.iter().for_each(|ray| self.record(ray, false));
-        self.engine.closest_hits(rays, hits);
-    }
-
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
-        rays.iter().for_each(|ray| self.record(ray, true));
-        self.engine.occluded_many(rays, occluded);
-    }
-
-    fn bytes(&self) -> usize {
-        self.engine.bytes()
-    }
-
-    fn name(&self) -> String {
-        self.engine.name()
-    }
-}
-
-/// Renders once, keeping the rays.
-fn record(
-    description: &Description,
-    engine: &dyn Intersector,
-) -> Outcome<(Statistics, Vec<bare::Query>)> {
-    let recorder = Recorder { engine, queries: Mutex::default() };
-    // One thread, so that they are in the order in which a thread traces them.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let statistics = pool.install(|| trace(description, &recorder));
-    Ok((statistics, recorder.queries.into_inner().unwrap_or_else(PoisonError::into_inner)))
-}
-
-fn trace(description: &Description, engine: &dyn Intersector) -> Statistics {
-    render(description, engine, &|_| (), &AtomicBool::new(false)).1
-}
-
 fn measure(name: &str, description: &Description) -> Outcome {
     let shapes = description.scene.shapes();
     let buffers = buffers(&shapes)?;
-    let meshes: Vec<_> =
-        buffers.iter().map(|(positions, triangles)| bare::Mesh { positions, triangles }).collect();
+    let meshes = bare_meshes(&buffers);
     let engine = intersect::build(Backend::Embree, &shapes)?;
     let (statistics, queries) = record(description, engine.as_ref())?;
 
     let threads = rayon::current_num_threads();
-    let scene = bare::Scene::new(&meshes, threads);
+    let scene = bare::Scene::new(&meshes, bare::Mode::Robust, threads);
     let bare = || queries.par_chunks(1 << 14).map(|chunk| scene.trace(chunk)).sum::<usize>();
     let mut times: Vec<_> = (0..=RUNS)
         .map(|_| (seconds(|| trace(description, engine.as_ref())), seconds(bare)))
@@ -152,7 +81,7 @@ fn measure(name: &str, description: &Description) -> Outcome {
     );
     let builds = (0..RUNS).map(|_| {
         seconds(|| intersect::build(Backend::Embree, &shapes).is_ok())
-            / seconds(|| bare::Scene::new(&meshes, threads))
+            / seconds(|| bare::Scene::new(&meshes, bare::Mode::Robust, threads))
     });
     println!("{name}: build through our wrapper over a bare one: {}", Spread::of(builds));
     Ok(())

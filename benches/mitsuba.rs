@@ -29,7 +29,7 @@ use telamon::intersect::{self, Backend};
 use telamon::load::mesh::{MeshOptions, load_ply};
 use telamon::render::render;
 
-use support::{Arguments, Outcome, Python, SceneFile, Spread, buffers, seconds};
+use support::{Arguments, Outcome, Python, SceneFile, Spread, bare_meshes, buffers, seconds};
 
 const USAGE: &str =
     "mitsuba --python PYTHON [--dragon MESH.ply] [--runs N] [--spp N] [--threads N]";
@@ -179,8 +179,7 @@ fn first_picture(
 ) -> Outcome {
     let folder = tempfile::tempdir()?;
     let buffers = buffers(&scene.load()?.scene.shapes())?;
-    let meshes: Vec<_> =
-        buffers.iter().map(|(positions, triangles)| bare::Mesh { positions, triangles }).collect();
+    let meshes = bare_meshes(&buffers);
     let options = MeshOptions {
         to_world: DAffine3::from_scale(DVec3::splat(100.0)),
         face_normals: true,
@@ -204,7 +203,7 @@ fn first_picture(
         let mut loaded = None;
         let load = seconds(|| loaded = Some(pool.install(|| load_ply(mesh, &options))));
         loaded.transpose()?;
-        let build = seconds(|| bare::Scene::new(&meshes, work.threads));
+        let build = seconds(|| bare::Scene::new(&meshes, bare::Mode::Robust, work.threads));
         if run > 0 {
             times.push([whole, load, build]);
         }

@@ -2,9 +2,9 @@
 
 #include "bare.h"
 
-RTCScene bare_new_scene(RTCDevice device) {
+RTCScene bare_new_scene(RTCDevice device, bool robust) {
   RTCScene scene = rtcNewScene(device);
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(scene, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
   return scene;
 }
 

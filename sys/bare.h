@@ -11,7 +11,7 @@ typedef struct BareQuery {
   unsigned occlusion;
 } BareQuery;
 
-RTCScene bare_new_scene(RTCDevice device);
+RTCScene bare_new_scene(RTCDevice device, bool robust);
 void bare_add_triangles(RTCDevice device, RTCScene scene, const float *positions, size_t vertices,
                         const unsigned *indices, size_t triangles);
 size_t bare_trace(RTCScene scene, const BareQuery *queries, size_t count);

@@ -10,9 +10,14 @@ use std::sync::Arc;
 use std::time::Instant;
 use std::{env, fmt};
 
+#[cfg(feature = "bare")]
+use embree_sys::bare;
 use telamon::load::{LoadOptions, load_scene};
 use telamon::scene::Description;
 use telamon::shape::{Geometry, Shape};
+
+#[cfg(feature = "bare")]
+pub(crate) mod recorder;
 
 /// What a benchmark returns.
 pub(crate) type Outcome<T = ()> = Result<T, Box<dyn Error>>;
@@ -137,6 +142,12 @@ pub(crate) fn buffers(shapes: &[Arc<dyn Shape>]) -> Outcome<Vec<Buffers>> {
         }
     };
     shapes.iter().map(buffers).collect()
+}
+
+/// The same buffers, borrowed.
+#[cfg(feature = "bare")]
+pub(crate) fn bare_meshes(buffers: &[Buffers]) -> Vec<bare::Mesh<'_>> {
+    buffers.iter().map(|(positions, triangles)| bare::Mesh { positions, triangles }).collect()
 }
 
 /// A Python process that answers each line with a line, so that it loads and warms up only once.

@@ -15,8 +15,9 @@ pub mod accel;
 pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
-mod moller_trumbore;
+mod lanes;
 pub mod recorder;
+mod triangle;
 
 pub use accel::Accel;
 pub use bvh::Bvh;
@@ -120,6 +121,12 @@ pub enum BuildError {
     #[cfg(feature = "embree")]
     #[error("Embree: {0}")]
     Embree(String),
+    /// A scene too large for the Rust engine.
+    #[error("more than {limit} primitives, which the Rust engine cannot number")]
+    TooManyPrimitives {
+        /// How many it can.
+        limit: usize,
+    },
 }
 
 /// Builds an engine over `shapes`; a hit's `shape` is an index into them. A [`Backend`] stands for the
@@ -134,7 +141,7 @@ pub fn build(
     match accel.into() {
         #[cfg(feature = "embree")]
         Accel::Embree(modes) => Ok(Box::new(Embree::new(modes, shapes)?)),
-        Accel::Rust(modes) => Ok(Box::new(Bvh::new(modes, shapes))),
+        Accel::Rust(modes) => Ok(Box::new(Bvh::new(modes, shapes)?)),
     }
 }
 

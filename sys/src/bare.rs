@@ -33,7 +33,16 @@ pub struct Mesh<'a> {
     pub triangles: &'a [[u32; 3]],
 }
 
-/// A committed scene over borrowed meshes, in robust mode.
+/// How a scene tests boxes and triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Watertight, and boxes widened by their rounding errors.
+    Robust,
+    /// Embree's own default: faster, and it misses some hits.
+    Fast,
+}
+
+/// A committed scene over borrowed meshes.
 #[derive(Debug)]
 pub struct Scene<'a> {
     device: RTCDevice,
@@ -50,7 +59,7 @@ mod c {
     use crate::{RTCDevice, RTCScene};
 
     unsafe extern "C" {
-        pub(super) fn bare_new_scene(device: RTCDevice) -> RTCScene;
+        pub(super) fn bare_new_scene(device: RTCDevice, robust: bool) -> RTCScene;
         pub(super) fn bare_add_triangles(
             device: RTCDevice,
             scene: RTCScene,
@@ -69,13 +78,13 @@ impl<'a> Scene<'a> {
     /// # Panics
     /// If an index is out of range, or Embree reports an error.
     #[must_use]
-    pub fn new(meshes: &[Mesh<'a>], threads: usize) -> Self {
+    pub fn new(meshes: &[Mesh<'a>], mode: Mode, threads: usize) -> Self {
         let config = CString::new(format!("threads={threads}")).expect("no zero byte inside");
         // SAFETY: a C string that ends with its zero.
         let device = unsafe { rtcNewDevice(config.as_ptr()) };
         assert!(!device.is_null(), "no Embree device");
         // SAFETY: the device is live.
-        let scene = unsafe { c::bare_new_scene(device) };
+        let scene = unsafe { c::bare_new_scene(device, mode == Mode::Robust) };
         for mesh in meshes {
             let vertices = mesh.positions.len();
             let in_range = |t: &[u32; 3]| t.iter().all(|&i| (i as usize) < vertices);

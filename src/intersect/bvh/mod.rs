@@ -1,204 +1,122 @@
 //! The Rust engine: a bounding volume hierarchy over all primitives of a scene.
+//!
+//! A tree whose nodes have up to eight children (Wald, Benthin and Boulos, "Getting Rid of Packets",
+//! 2008), so that one ray is tested against eight boxes, or eight triangles of a leaf, at a time.
 
 use std::sync::Arc;
 
-use glam::Vec3A;
+use glam::Vec3;
+use rayon::prelude::*;
 
-use super::accel::RustModes;
-use super::moller_trumbore::Triangle;
-use super::{Intersector, for_each_ray};
-use crate::math::Aabb;
+use super::accel::{RustModes, TriangleTest};
+use super::lanes::Simd;
+use super::triangle::{Corners, Plain, Watertight};
+use super::{BuildError, Intersector, for_each_ray};
 use crate::ray::{Hit, Ray};
 use crate::shape::{Analytic, Geometry, Shape};
 
 mod build;
+mod node;
+mod traverse;
+mod validate;
 
-/// Nodes on the way from the root to a leaf, at most: the stack of a traversal.
-const MAX_DEPTH: usize = 96;
+use node::{Child, Node, Pack};
+use traverse::{Found, Walk};
+pub use validate::Flaw;
 
-/// A binary tree of boxes, built by the surface area heuristic.
+/// A tree of boxes, built by the surface area heuristic.
 #[derive(Debug)]
 pub struct Bvh {
+    /// The root first; none if there are no primitives.
     nodes: Vec<Node>,
-    /// In the order of the leaves.
-    primitives: Vec<Primitive>,
+    packs: Vec<Pack>,
     shapes: Vec<Arc<dyn Shape>>,
+    /// Primitives of all shapes are numbered through: where each shape begins, and the end.
+    offsets: Vec<u32>,
     modes: RustModes,
-}
-
-/// 32 bytes: two to a cache line, and the two children of a node lie side by side.
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    min: [f32; 3],
-    /// The first child of an inner node, the first primitive of a leaf.
-    first: u32,
-    max: [f32; 3],
-    /// Primitives of a leaf; 0 for an inner node.
-    count: u32,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Primitive {
-    Triangle { triangle: Triangle, shape: u32, primitive: u32 },
-    Analytic { shape: u32 },
-}
-
-/// What a traversal needs of a ray: computed once.
-struct Slabs {
-    origin: Vec3A,
-    inverse_direction: Vec3A,
-}
-
-impl Slabs {
-    fn new(ray: &Ray) -> Self {
-        // Infinite inverses would give 0 * inf = NaN for a ray that starts in a plane of the box; the
-        // largest number in their place gives 0, which counts as inside.
-        let limit = Vec3A::splat(f32::MAX);
-        let inverse_direction = ray.direction.recip().clamp(-limit, limit);
-        Self { origin: ray.origin, inverse_direction }
-    }
-
-    /// Where the ray enters the box, if it does so within `[t_min, t_max]`.
-    fn enter(&self, node: &Node, t_min: f32, t_max: f32) -> Option<f32> {
-        let to_min = (Vec3A::from(node.min) - self.origin) * self.inverse_direction;
-        let to_max = (Vec3A::from(node.max) - self.origin) * self.inverse_direction;
-        let near = to_min.min(to_max).max_element().max(t_min);
-        // Ize, "Robust BVH Ray Traversal" (2013): 1 + 2γ₃ makes up for the three roundings of each side.
-        const WIDEN: f32 = 1.0 + 2.0 * (3.0 * 5.960_464_5e-8 / (1.0 - 3.0 * 5.960_464_5e-8));
-        let far = (to_min.max(to_max).min_element() * WIDEN).min(t_max);
-        (near <= far).then_some(near)
-    }
+    simd: Simd,
 }
 
 impl Bvh {
     /// Builds over `shapes`, in parallel in the current thread pool. The tree does not depend on the
     /// number of threads.
-    #[must_use]
-    pub fn new(modes: RustModes, shapes: &[Arc<dyn Shape>]) -> Self {
-        let mut primitives = Vec::new();
-        let mut bounds = Vec::new();
-        for (index, shape) in shapes.iter().enumerate() {
-            let index = index as u32;
-            match shape.geometry() {
-                Geometry::Triangles { positions, triangles } => {
-                    for (primitive, corners) in triangles.iter().enumerate() {
-                        let corners = corners.map(|i| positions[i as usize].into());
-                        bounds.push(Aabb::around(corners));
-                        primitives.push(Primitive::Triangle {
-                            triangle: Triangle::new(corners),
-                            shape: index,
-                            primitive: primitive as u32,
-                        });
-                    }
-                }
-                Geometry::Analytic(analytic) => {
-                    bounds.push(analytic.bounds());
-                    primitives.push(Primitive::Analytic { shape: index });
-                }
-            }
-        }
-        let (nodes, order) = build::build(&bounds);
-        let primitives = order.iter().map(|&i| primitives[i as usize]).collect();
-        Self { nodes, primitives, shapes: shapes.to_vec(), modes }
+    ///
+    /// # Errors
+    /// More primitives than the tree can number.
+    pub fn new(modes: RustModes, shapes: &[Arc<dyn Shape>]) -> Result<Self, BuildError> {
+        let offsets = offsets(shapes)?;
+        let references = build::references(shapes, &offsets);
+        let tree = build::build(references);
+        let corners = |id| corners(shapes, &offsets, id);
+        let pack = |leaf: &build::Leaf| Pack::new(&tree.order[leaf.range()], corners);
+        let packs = tree.leaves.par_iter().map(pack).collect();
+        let simd = Simd::detect();
+        Ok(Self { nodes: tree.nodes, packs, shapes: shapes.to_vec(), offsets, modes, simd })
     }
 
-    fn analytic(&self, shape: u32) -> &dyn Analytic {
-        match self.shapes[shape as usize].geometry() {
+    fn analytic(&self, shape: usize) -> &dyn Analytic {
+        match self.shapes[shape].geometry() {
             Geometry::Analytic(analytic) => analytic,
             Geometry::Triangles { .. } => unreachable!("built from an analytic shape"),
         }
     }
 
-    fn intersect(&self, primitive: &Primitive, ray: &Ray) -> Option<Hit> {
-        match *primitive {
-            Primitive::Triangle { triangle, shape, primitive } => {
-                triangle.intersect(ray).map(|(t, u, v)| Hit { t, u, v, shape, primitive })
-            }
-            Primitive::Analytic { shape } => self
-                .analytic(shape)
-                .intersect(ray)
-                .map(|(t, u, v)| Hit { t, u, v, shape, primitive: 0 }),
+    #[inline]
+    fn trace<const ANY: bool>(&self, ray: &Ray) -> Option<Found> {
+        if self.nodes.is_empty() || !ray.is_traceable() {
+            return None;
+        }
+        match self.modes.triangle {
+            TriangleTest::Watertight => self.simd.run(Walk::<Watertight, ANY>::new(self, *ray)),
+            TriangleTest::Plain => self.simd.run(Walk::<Plain, ANY>::new(self, *ray)),
         }
     }
+}
 
-    /// Visits the leaves that the ray may hit, the nearer child first. `visit` gets the primitives of a
-    /// leaf and the ray, which it may shorten; it returns whether to go on.
-    fn traverse(&self, mut ray: Ray, mut visit: impl FnMut(&[Primitive], &mut Ray) -> bool) {
-        if self.nodes.is_empty() || !ray.is_traceable() {
-            return;
+/// Where the primitives of each shape begin, and the number of all.
+fn offsets(shapes: &[Arc<dyn Shape>]) -> Result<Vec<u32>, BuildError> {
+    let count = |shape: &Arc<dyn Shape>| match shape.geometry() {
+        Geometry::Triangles { triangles, .. } => triangles.len(),
+        Geometry::Analytic(_) => 1,
+    };
+    let mut offsets = vec![0];
+    let mut total = 0usize;
+    for shape in shapes {
+        total += count(shape);
+        if total > Child::LIMIT {
+            return Err(BuildError::TooManyPrimitives { limit: Child::LIMIT });
         }
-        let slabs = Slabs::new(&ray);
-        let mut stack = [(0u32, 0f32); MAX_DEPTH];
-        let mut height = 0;
-        let Some(_) = slabs.enter(&self.nodes[0], ray.t_min, ray.t_max) else {
-            return;
-        };
-        let mut current = 0u32;
-        loop {
-            let node = &self.nodes[current as usize];
-            if node.count > 0 {
-                let first = node.first as usize;
-                if !visit(&self.primitives[first..first + node.count as usize], &mut ray) {
-                    return;
-                }
-            } else {
-                let enter = |child: u32| {
-                    let child_node = &self.nodes[child as usize];
-                    slabs.enter(child_node, ray.t_min, ray.t_max).map(|t| (child, t))
-                };
-                match (enter(node.first), enter(node.first + 1)) {
-                    (Some(a), Some(b)) => {
-                        let (near, far) = if a.1 <= b.1 { (a, b) } else { (b, a) };
-                        stack[height] = far;
-                        height += 1;
-                        current = near.0;
-                        continue;
-                    }
-                    (Some((child, _)), None) | (None, Some((child, _))) => {
-                        current = child;
-                        continue;
-                    }
-                    (None, None) => {}
-                }
-            }
-            // The next box that is still nearer than what was found meanwhile.
-            loop {
-                if height == 0 {
-                    return;
-                }
-                height -= 1;
-                let (node, t) = stack[height];
-                if t <= ray.t_max {
-                    current = node;
-                    break;
-                }
-            }
+        offsets.push(total as u32);
+    }
+    Ok(offsets)
+}
+
+/// Shape and primitive that have a number.
+#[inline]
+fn locate(offsets: &[u32], id: u32) -> (usize, u32) {
+    let shape = offsets.partition_point(|&first| first <= id) - 1;
+    (shape, id - offsets[shape])
+}
+
+fn corners(shapes: &[Arc<dyn Shape>], offsets: &[u32], id: u32) -> Corners {
+    let (shape, primitive) = locate(offsets, id);
+    match shapes[shape].geometry() {
+        Geometry::Triangles { positions, triangles } => {
+            triangles[primitive as usize].map(|i| Vec3::from(positions[i as usize]).to_array())
         }
+        Geometry::Analytic(_) => unreachable!("leaves of triangles hold triangles"),
     }
 }
 
 impl Intersector for Bvh {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let mut closest = None;
-        self.traverse(*ray, |primitives, ray| {
-            for primitive in primitives {
-                if let Some(hit) = self.intersect(primitive, ray) {
-                    ray.t_max = hit.t;
-                    closest = Some(hit);
-                }
-            }
-            true
-        });
-        closest
+        let Found { t, u, v, id } = self.trace::<false>(ray)?;
+        let (shape, primitive) = locate(&self.offsets, id);
+        Some(Hit { t, u, v, shape: shape as u32, primitive })
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        let mut occluded = false;
-        self.traverse(*ray, |primitives, ray| {
-            occluded = primitives.iter().any(|p| self.intersect(p, ray).is_some());
-            !occluded
-        });
-        occluded
+        self.trace::<true>(ray).is_some()
     }
 
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
@@ -210,7 +128,9 @@ impl Intersector for Bvh {
     }
 
     fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.primitives.as_slice())
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.packs.as_slice())
+            + size_of_val(self.offsets.as_slice())
     }
 
     fn name(&self) -> String {

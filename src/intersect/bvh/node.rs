@@ -1,0 +1,236 @@
+//! Nodes of the tree and the leaves' triangles, as they lie in memory, and the test of a ray against
+//! the boxes of a node.
+
+use crate::intersect::lanes::{F32x8, LANES, Lanes, U32x8};
+use crate::intersect::triangle::{Corners, Corners8, LEAST_SLOPE};
+use crate::math::Aabb;
+use crate::ray::Ray;
+
+/// Boxes of up to eight children and what is in them. Four cache lines.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// By axis: the lower planes of all boxes, then the upper ones.
+    planes: [[F32x8; 2]; 3],
+    children: [Child; LANES],
+}
+
+/// What a child is, and where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+/// The same, to look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ChildKind {
+    /// Index of a node.
+    Node(usize),
+    /// Index of a pack.
+    Triangles(usize),
+    /// Index of a shape with a test of its own.
+    Shape(usize),
+}
+
+impl Child {
+    /// Nodes, packs and shapes that a tree can have of each.
+    pub(super) const LIMIT: usize = 1 << 30;
+
+    const LEAF: u32 = 1 << 31;
+    const SHAPE: u32 = 1 << 30;
+
+    pub(super) fn new(kind: ChildKind) -> Self {
+        Self(match kind {
+            ChildKind::Node(index) => index as u32,
+            ChildKind::Triangles(index) => index as u32 | Self::LEAF,
+            ChildKind::Shape(index) => index as u32 | Self::LEAF | Self::SHAPE,
+        })
+    }
+
+    #[inline(always)]
+    pub(super) fn kind(self) -> ChildKind {
+        let index = (self.0 & (Self::SHAPE - 1)) as usize;
+        match (self.0 & Self::LEAF, self.0 & Self::SHAPE) {
+            (0, _) => ChildKind::Node(index),
+            (_, 0) => ChildKind::Triangles(index),
+            _ => ChildKind::Shape(index),
+        }
+    }
+
+    /// The same child when other nodes and packs come before it.
+    pub(super) fn shifted(self, nodes: usize, packs: usize) -> Self {
+        Self::new(match self.kind() {
+            ChildKind::Node(index) => ChildKind::Node(index + nodes),
+            ChildKind::Triangles(index) => ChildKind::Triangles(index + packs),
+            kind @ ChildKind::Shape(_) => kind,
+        })
+    }
+
+    pub(super) fn bits(self) -> u32 {
+        self.0
+    }
+
+    pub(super) fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+}
+
+impl Node {
+    /// A node without children: boxes that no ray enters.
+    pub(super) const EMPTY: Self = Self {
+        planes: [[F32x8([f32::INFINITY; LANES]), F32x8([f32::NEG_INFINITY; LANES])]; 3],
+        children: [Child(0); LANES],
+    };
+
+    pub(super) fn set(&mut self, i: usize, bounds: &Aabb, child: Child) {
+        for (axis, [lower, upper]) in self.planes.iter_mut().enumerate() {
+            lower.0[i] = bounds.min[axis];
+            upper.0[i] = bounds.max[axis];
+        }
+        self.children[i] = child;
+    }
+
+    #[inline(always)]
+    pub(super) fn child(&self, i: usize) -> Child {
+        self.children[i]
+    }
+
+    pub(super) fn bounds(&self, i: usize) -> Aabb {
+        let corner = |side: usize| self.planes.map(|planes| planes[side].0[i]).into();
+        Aabb { min: corner(0), max: corner(1) }
+    }
+
+    /// The places that are taken: their index, box and child.
+    pub(super) fn children(&self) -> impl Iterator<Item = (usize, Aabb, Child)> {
+        let place = |(i, &child)| (i, self.bounds(i), child);
+        self.children.iter().enumerate().map(place).filter(|(_, bounds, _)| !bounds.is_empty())
+    }
+
+    /// Moves what the children refer to, when the arrays that hold it are appended to others.
+    pub(super) fn shift(&mut self, nodes: usize, packs: usize) {
+        for child in &mut self.children {
+            *child = child.shifted(nodes, packs);
+        }
+    }
+}
+
+/// How much farther a box reaches in units of t, for the rounding of both of its sides.
+///
+/// Ize, "Robust BVH Ray Traversal" (2013). Let u = 2⁻²⁴ and let the watertight test report a hit at t.
+/// The point at the computed weights, whose distance along the longest axis z is t dz but for u, lies
+/// in the triangle, hence between the planes L and H of its box. Along another axis its corners were
+/// placed in the sheared frame with an error of at most 2u |a| + 4u |s a'|, where a and a' are the
+/// corner's distances from the origin along this axis and z, and s the slope. Each is no more than that
+/// of the point and the extent of the triangle together, and the point's distances differ from those of
+/// the ray by just this error, so it is at most 7u |s| t |dz| + 6u extent, and |s dz| is |d|. The second
+/// part is in the box (`outward` in build.rs). So L - o <= t d (1 ± 7u) <= H - o, and with three
+/// roundings for each side of the box and one each for t, `near` is at most t (1 + 11u), `far` at
+/// least t (1 - 11u).
+const WIDEN: f32 = 1.0 + 32.0 * (0.5 * f32::EPSILON);
+
+/// What the test of boxes needs to know of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slabs {
+    origin: [f32; 3],
+    inverse: [f32; 3],
+    /// By axis, which plane the ray meets first: 0 the lower, 1 the upper.
+    first: [usize; 3],
+}
+
+impl Slabs {
+    #[inline(always)]
+    pub(super) fn new(ray: &Ray) -> Self {
+        let direction = ray.direction;
+        let least = LEAST_SLOPE * direction.abs().max_element();
+        // Infinite for an axis that the ray does not move along. The planes are then at ±∞, or, with the
+        // origin in one of them, at 0 · ∞ = NaN, which `enter` ignores.
+        let inverse = direction
+            .to_array()
+            .map(|d| if d.abs() < least { 0f32.copysign(d) } else { d }.recip());
+        let first = inverse.map(|i| usize::from(i.is_sign_negative()));
+        Self { origin: ray.origin.to_array(), inverse, first }
+    }
+
+    /// Bit i: whether the ray may hit something in box i within `[t_min, t_max]`; and where it enters
+    /// the box, or `t_min`.
+    #[inline(always)]
+    pub(super) fn enter<L: Lanes>(
+        &self,
+        lanes: L,
+        node: &Node,
+        t_min: L::Vector,
+        t_max: L::Vector,
+    ) -> (u32, L::Vector) {
+        let near = |axis: usize| self.distance(lanes, node, axis, self.first[axis]);
+        let far = |axis: usize| self.distance(lanes, node, axis, 1 - self.first[axis]);
+        let near = [near(0), near(1), near(2)];
+        let far = [far(0), far(1), far(2)];
+        // A NaN must be the first operand, so that the other comes out of it; two of three axes may be
+        // ignored with it, which makes the box larger.
+        let near = lanes.max(lanes.max(near[0], near[1]), lanes.max(near[2], t_min));
+        let far = lanes.min(lanes.min(far[0], far[1]), lanes.min(far[2], t_max));
+        (lanes.le(near, lanes.mul(far, lanes.splat(WIDEN))), near)
+    }
+
+    /// Where the ray meets the lower (0) or upper (1) planes of the boxes on an axis.
+    #[inline(always)]
+    fn distance<L: Lanes>(&self, lanes: L, node: &Node, axis: usize, side: usize) -> L::Vector {
+        let plane = lanes.load(&node.planes[axis][side & 1]);
+        let distance = lanes.sub(plane, lanes.splat(self.origin[axis]));
+        lanes.mul(distance, lanes.splat(self.inverse[axis]))
+    }
+
+    /// The end of the segment as `enter` sees it.
+    #[inline(always)]
+    pub(super) fn reach(t_max: f32) -> f32 {
+        t_max * WIDEN
+    }
+}
+
+/// Up to eight triangles. Five cache lines.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Pack {
+    pub(super) corners: Corners8,
+    /// Indices of the primitives in the scene; the highest bit is set in lanes that are free.
+    ids: U32x8,
+}
+
+impl Pack {
+    const FREE: u32 = 1 << 31;
+
+    /// Of the first eight triangles.
+    pub(super) fn new(ids: &[u32], corners: impl Fn(u32) -> Corners) -> Self {
+        let mut pack =
+            Self { corners: [[F32x8([0.0; LANES]); 3]; 3], ids: U32x8([Self::FREE; LANES]) };
+        for (lane, &id) in ids.iter().enumerate().take(LANES) {
+            pack.ids.0[lane] = id;
+            for (i, corner) in corners(id).iter().enumerate() {
+                for (axis, &coordinate) in corner.iter().enumerate() {
+                    pack.corners[axis][i].0[lane] = coordinate;
+                }
+            }
+        }
+        pack
+    }
+
+    /// Bit i: lane i holds a triangle.
+    #[inline(always)]
+    pub(super) fn occupied<L: Lanes>(&self, lanes: L) -> u32 {
+        !lanes.high_bits(&self.ids)
+    }
+
+    pub(super) fn is_occupied(&self, lane: usize) -> bool {
+        self.ids.0[lane] & Self::FREE == 0
+    }
+
+    /// Index in the scene.
+    #[inline(always)]
+    pub(super) fn id(&self, lane: usize) -> u32 {
+        self.ids.0[lane]
+    }
+
+    #[inline(always)]
+    pub(super) fn corners(&self, lane: usize) -> Corners {
+        let corner = |i: usize| self.corners.each_ref().map(|axis: &[F32x8; 3]| axis[i].0[lane]);
+        [corner(0), corner(1), corner(2)]
+    }
+}

@@ -1,0 +1,166 @@
+//! The walk of a ray through the tree.
+
+use std::marker::PhantomData;
+
+use arrayvec::ArrayVec;
+
+use super::Bvh;
+use super::node::{Child, ChildKind, Slabs};
+use crate::intersect::lanes::{LANES, Lanes, Task};
+use crate::intersect::triangle::RayTriangle;
+use crate::ray::Ray;
+
+/// Nodes on the way from the root to a leaf, at most.
+pub(super) const MAX_DEPTH: usize = 48;
+
+/// On each level all children but one may wait.
+const STACK: usize = MAX_DEPTH * (LANES - 1) + 1;
+
+/// A hit, with the index of the primitive in the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Found {
+    pub(super) t: f32,
+    pub(super) u: f32,
+    pub(super) v: f32,
+    pub(super) id: u32,
+}
+
+/// The nearest hit of a ray or, if `ANY`, just some hit. Of hits at the same distance the one with the
+/// smallest index is the nearest, so the answer does not depend on the shape of the tree.
+pub(super) struct Walk<'a, T, const ANY: bool> {
+    bvh: &'a Bvh,
+    ray: Ray,
+    test: PhantomData<T>,
+}
+
+impl<'a, T, const ANY: bool> Walk<'a, T, ANY> {
+    /// `ray` must be traceable.
+    pub(super) fn new(bvh: &'a Bvh, ray: Ray) -> Self {
+        Self { bvh, ray, test: PhantomData }
+    }
+}
+
+/// A child that waits: the bits of the distance of its box, then those of its index. Distances are
+/// not negative, so they are ordered as their bits are.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u64);
+
+impl Entry {
+    #[inline(always)]
+    fn new(distance: f32, child: Child) -> Self {
+        Self(u64::from(distance.to_bits()) << 32 | u64::from(child.bits()))
+    }
+
+    #[inline(always)]
+    fn distance(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child::from_bits(self.0 as u32)
+    }
+}
+
+impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
+    type Output = Option<Found>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Option<Found> {
+        let Self { bvh, mut ray, .. } = self;
+        let test = T::new(&ray);
+        let slabs = Slabs::new(&ray);
+        let t_min = lanes.splat(ray.t_min);
+        let mut t_max = lanes.splat(ray.t_max);
+        let mut found: Option<Found> = None;
+        let mut stack = ArrayVec::<Entry, STACK>::new();
+        let mut child = Child::new(ChildKind::Node(0));
+        loop {
+            match child.kind() {
+                ChildKind::Node(index) => {
+                    let node = &bvh.nodes[index];
+                    let (mut mask, near) = slabs.enter(lanes, node, t_min, t_max);
+                    if mask != 0 {
+                        let near = lanes.store(near);
+                        let first = mask.trailing_zeros() as usize % LANES;
+                        mask &= mask - 1;
+                        if mask == 0 {
+                            child = node.child(first);
+                            continue;
+                        }
+                        let entry = |i: usize| Entry::new(near.0[i], node.child(i));
+                        let second = mask.trailing_zeros() as usize % LANES;
+                        mask &= mask - 1;
+                        let (a, b) = (entry(first), entry(second));
+                        if mask == 0 {
+                            stack.push(a.max(b));
+                            child = a.min(b).child();
+                            continue;
+                        }
+                        let waiting = stack.len();
+                        stack.push(a);
+                        stack.push(b);
+                        while mask != 0 {
+                            stack.push(entry(mask.trailing_zeros() as usize % LANES));
+                            mask &= mask - 1;
+                        }
+                        sort_descending(&mut stack[waiting..]);
+                    }
+                }
+                ChildKind::Triangles(index) => {
+                    let pack = &bvh.packs[index];
+                    let mut mask = test.candidates(lanes, &pack.corners) & pack.occupied(lanes);
+                    while mask != 0 {
+                        let lane = mask.trailing_zeros() as usize % LANES;
+                        mask &= mask - 1;
+                        let Some(hit) = test.hit(&ray, &pack.corners(lane)) else { continue };
+                        let id = pack.id(lane);
+                        if !found.is_some_and(|best| hit.t == best.t && id >= best.id) {
+                            found = Some(Found { t: hit.t, u: hit.u, v: hit.v, id });
+                            if ANY {
+                                return found;
+                            }
+                            ray.t_max = hit.t;
+                            t_max = lanes.splat(hit.t);
+                        }
+                    }
+                }
+                ChildKind::Shape(shape) => {
+                    if let Some((t, u, v)) = bvh.analytic(shape).intersect(&ray) {
+                        let id = bvh.offsets[shape];
+                        if !found.is_some_and(|best| t == best.t && id >= best.id) {
+                            found = Some(Found { t, u, v, id });
+                            if ANY {
+                                return found;
+                            }
+                            ray.t_max = t;
+                            t_max = lanes.splat(t);
+                        }
+                    }
+                }
+            }
+            // The nearest that waits and is still nearer than what was found meanwhile.
+            let reach = Slabs::reach(ray.t_max);
+            child = loop {
+                let Some(entry) = stack.pop() else { return found };
+                if ANY || entry.distance() <= reach {
+                    break entry.child();
+                }
+            };
+        }
+    }
+}
+
+/// By insertion: there are few.
+#[inline(always)]
+fn sort_descending(entries: &mut [Entry]) {
+    for i in 1..entries.len() {
+        let entry = entries[i];
+        let mut hole = i;
+        while hole > 0 && entries[hole - 1] < entry {
+            entries[hole] = entries[hole - 1];
+            hole -= 1;
+        }
+        entries[hole] = entry;
+    }
+}

@@ -1,0 +1,97 @@
+//! Ray–triangle tests of the Rust engine.
+//!
+//! A test first rules out triangles of a leaf, eight at a time and in f32, by the signs of three edge
+//! functions, and then looks at those that remain one by one in f64. So t, u and v are right to a few
+//! roundings however small, large, thin or distant a triangle is.
+
+use glam::{DVec3, Vec3};
+
+use super::lanes::{F32x8, Lanes};
+use crate::ray::Ray;
+
+mod plain;
+#[cfg(test)]
+mod tests;
+mod watertight;
+
+pub(super) use plain::Plain;
+pub(super) use watertight::{LEAST_SLOPE, Watertight};
+
+/// Corners of eight triangles: by axis, then by corner.
+pub(super) type Corners8 = [[F32x8; 3]; 3];
+
+/// Corners of one triangle.
+pub(super) type Corners = [[f32; 3]; 3];
+
+/// Distance and the barycentric weights of the second and third corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TriangleHit {
+    pub(super) t: f32,
+    pub(super) u: f32,
+    pub(super) v: f32,
+}
+
+/// A test, with what it needs to know of a ray.
+pub(super) trait RayTriangle: Copy {
+    fn new(ray: &Ray) -> Self;
+
+    /// Bit i: whether the line of the ray may meet triangle i.
+    fn candidates<L: Lanes>(&self, lanes: L, triangles: &Corners8) -> u32;
+
+    /// The hit of a candidate, on either side and within the segment of the ray.
+    fn hit(&self, ray: &Ray, corners: &Corners) -> Option<TriangleHit>;
+}
+
+/// Bit i: whether the three numbers have no two different signs, 0 having none. The sign of NaN is not
+/// known: a number that a NaN hides from `min` or `max` rules nothing out.
+#[inline(always)]
+fn same_sign<L: Lanes>(lanes: L, [a, b, c]: [L::Vector; 3]) -> u32 {
+    let least = lanes.min(lanes.min(a, b), c);
+    let most = lanes.max(lanes.max(a, b), c);
+    let zero = lanes.splat(0.0);
+    !(lanes.lt(least, zero) & lanes.lt(zero, most)) & 0xff
+}
+
+/// Möller and Trumbore's solution in f64.
+struct Solution {
+    t: f64,
+    /// Weights of the second and third corner.
+    u: f64,
+    v: f64,
+    /// How far the origin is from the plane, times twice the triangle's area.
+    height: f64,
+}
+
+impl Solution {
+    #[inline(always)]
+    fn new(ray: &Ray, corners: &Corners) -> Self {
+        let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
+        let (origin, direction): (DVec3, DVec3) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let (edge_1, edge_2) = (b - a, c - a);
+        let p = direction.cross(edge_2);
+        let inverse = 1.0 / edge_1.dot(p);
+        let to_origin = origin - a;
+        let q = to_origin.cross(edge_1);
+        let height = edge_2.dot(q);
+        Self {
+            t: height * inverse,
+            u: to_origin.dot(p) * inverse,
+            v: direction.dot(q) * inverse,
+            height,
+        }
+    }
+
+    /// False where a weight is NaN.
+    #[inline(always)]
+    fn is_inside(&self) -> bool {
+        self.u >= 0.0 && self.v >= 0.0 && self.u + self.v <= 1.0
+    }
+}
+
+/// The hit if it is within the segment. Written so that NaN fails.
+#[inline(always)]
+fn within(ray: &Ray, [t, u, v]: [f64; 3]) -> Option<TriangleHit> {
+    let [t, u, v] = [t as f32, u as f32, v as f32];
+    let within = t >= ray.t_min && t <= ray.t_max && t < f32::INFINITY;
+    within.then_some(TriangleHit { t, u, v })
+}
