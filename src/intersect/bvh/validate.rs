@@ -168,3 +168,66 @@ fn once(what: &'static str, times: &[u32]) -> Result<(), Flaw> {
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::Vec3A;
+
+    use super::*;
+    use crate::intersect::accel::RustModes;
+    use crate::shape::{Shape, TriangleMesh};
+
+    /// Triangles of their own three corners each.
+    fn tree(corners: impl IntoIterator<Item = [Vec3A; 3]>) -> Bvh {
+        let positions: Vec<_> = corners.into_iter().flatten().collect();
+        let triangles = (0..positions.len() as u32 / 3).map(|i| [0, 1, 2].map(|c| 3 * i + c));
+        let mesh = TriangleMesh::new(positions, triangles.collect(), Vec::new(), Vec::new());
+        let shape: Arc<dyn Shape> = Arc::new(mesh.expect("valid").0);
+        Bvh::new(RustModes::default(), &[shape]).expect("few primitives")
+    }
+
+    fn triangle_at(center: Vec3A, size: f32) -> [Vec3A; 3] {
+        [center, center + Vec3A::X * size, center + Vec3A::Y * size]
+    }
+
+    #[test]
+    fn trees_over_anything_are_sound() {
+        let unit = triangle_at(Vec3A::ZERO, 1.0);
+        for count in [0, 1, 2, 7, 8, 9, 64, 100_000] {
+            assert_eq!(tree((0..count).map(|_| unit)).validate(), Ok(()), "{count} coincident");
+            let row = (0..count).map(|i| triangle_at(Vec3A::Z * i as f32, 1.0));
+            assert_eq!(tree(row).validate(), Ok(()), "{count} in a row");
+        }
+        let slivers = (0..1000).map(|i| {
+            let y = i as f32 * 1e-3;
+            [Vec3A::new(0.0, y, 0.0), Vec3A::new(1.0, y, 0.0), Vec3A::new(1.0, y + 1e-6, y)]
+        });
+        assert_eq!(tree(slivers).validate(), Ok(()));
+        for size in [1e-38, 1e-20, 1e17] {
+            let scattered = (0..1000).map(|i| {
+                let i = i as f32;
+                triangle_at(Vec3A::new(i.sin(), i.cos(), (2.0 * i).sin()) * size, size)
+            });
+            assert_eq!(tree(scattered).validate(), Ok(()), "{size}");
+        }
+    }
+
+    /// Each part of a tree that is wrong is found.
+    #[test]
+    fn flaws_are_found() {
+        let sound = || tree((0..100).map(|i| triangle_at(Vec3A::Z * i as f32, 1.0)));
+        let mut lost = sound();
+        lost.packs.pop();
+        assert!(matches!(lost.validate(), Err(Flaw::Dangling { .. })), "{:?}", lost.validate());
+        let mut twice = sound();
+        let pack = twice.packs[0].clone();
+        twice.packs[1] = pack;
+        assert!(twice.validate().is_err());
+        let mut tight = sound();
+        let child = tight.nodes[0].child(0);
+        tight.nodes[0].set(0, &Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, child);
+        assert!(tight.validate().is_err());
+    }
+}
