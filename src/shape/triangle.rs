@@ -15,6 +15,7 @@ pub(super) struct Triangle {
 }
 
 /// A point on a triangle.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct TrianglePoint {
     pub(super) position: Vec3A,
     /// Those of the second and third corner.

@@ -51,8 +51,7 @@ fn no_ray_leaves_a_sphere_far_away() {
 fn edges_and_vertices_are_closed() {
     let sphere = sphere_mesh(DVec3::ZERO, 2.0, 200, 400);
     let toward = |p: DVec3| Ray::new(Vec3A::ZERO, p.normalize().as_vec3a());
-    let vertices: Vec<Ray> =
-        sphere.positions().iter().map(|&p| toward(Vec3A::from(p).as_dvec3())).collect();
+    let vertices: Vec<Ray> = sphere.positions().iter().map(|&p| toward(p.as_dvec3())).collect();
     let edges: Vec<Ray> = (0..sphere.triangles().len() as u32)
         .flat_map(|i| {
             let [a, b, c] = corners_of(&sphere, i);
@@ -78,7 +77,7 @@ fn small_spheres_are_as_closed_as_large_ones() {
         assert_eq!(mesh.triangles().len(), 2_400);
         let shapes: [Arc<dyn Shape>; 1] = [Arc::new(mesh)];
         for triangle in [TriangleTest::Watertight, TriangleTest::Plain] {
-            let modes = Accel::Rust(RustModes { triangle, ..RustModes::default() });
+            let modes = Accel::Rust(RustModes { triangle });
             let engine = intersect::build(modes, &shapes).expect("builds");
             let missed = misses(engine.as_ref(), inner_rays(DVec3::ZERO, 0.6 * scale, 221, 10_000));
             assert_eq!(missed, 0, "{} at {scale}", engine.name());

@@ -29,7 +29,7 @@ fn ball() -> TriangleMesh {
 type Seen = (String, Vec<f64>);
 
 /// What is seen of a ball that scatters on both sides, in a room with a lamp under the ceiling, at `center`.
-fn seen(ball: TriangleMesh, center: DVec3) -> Vec<Seen> {
+fn seen(ball: &TriangleMesh, center: DVec3) -> Vec<Seen> {
     let at = |matrix: DMat3, place: DVec3| DAffine3::from_mat3_translation(matrix, place + center);
     let identity = DMat3::IDENTITY;
     let room: Arc<dyn Shape> = Arc::new(primitives::cube(at(identity * 2.0, DVec3::ZERO), true).0);
@@ -99,7 +99,7 @@ fn the_triangles_of_a_mesh_do_not_show() {
     };
     let flipped = mesh(positions.to_vec(), triangles.iter().map(|&[a, b, c]| [a, c, b]).collect());
     let twice = mesh(positions.to_vec(), [triangles, triangles].concat());
-    let plain = seen(ball.clone(), DVec3::ZERO);
+    let plain = seen(&ball, DVec3::ZERO);
     for (name, other) in [
         ("split", split),
         ("unshared", unshared),
@@ -107,7 +107,7 @@ fn the_triangles_of_a_mesh_do_not_show() {
         ("flipped", flipped),
         ("every triangle twice", twice),
     ] {
-        same_mean(&plain, &seen(other, DVec3::ZERO), 10)
+        same_mean(&plain, &seen(&other, DVec3::ZERO), 10)
             .unwrap_or_else(|figures| panic!("{name}: {figures}"));
     }
 }
@@ -116,11 +116,11 @@ fn the_triangles_of_a_mesh_do_not_show() {
 /// them.
 #[test]
 fn the_place_of_a_scene_does_not_show() {
-    let plain = seen(ball(), DVec3::ZERO);
+    let plain = seen(&ball(), DVec3::ZERO);
     for power in [10, 12, 14] {
         let far = f64::from(power).exp2();
         for center in [DVec3::X * far, DVec3::new(-far, far, far)] {
-            same_mean(&plain, &seen(ball(), center), 12)
+            same_mean(&plain, &seen(&ball(), center), 12)
                 .unwrap_or_else(|figures| panic!("at {center}: {figures}"));
         }
     }
@@ -130,8 +130,8 @@ fn the_place_of_a_scene_does_not_show() {
 #[test]
 fn another_ball_is_noticed() {
     let smaller = ball().positions().iter().map(|&p| p * 0.9).collect();
-    let other = seen(mesh(smaller, ball().triangles().to_vec()), DVec3::ZERO);
-    for (plain, other) in seen(ball(), DVec3::ZERO).into_iter().zip(other) {
+    let other = seen(&mesh(smaller, ball().triangles().to_vec()), DVec3::ZERO);
+    for (plain, other) in seen(&ball(), DVec3::ZERO).into_iter().zip(other) {
         assert!(same_mean(&[plain], &[other], 12).is_err());
     }
 }

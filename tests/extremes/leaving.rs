@@ -208,7 +208,7 @@ fn shadow_rays_end_at_the_light() {
     let light = facing(1000.0, true);
     let ray = Ray::new(Vec3A::new(0.1, 0.2, 0.5), Vec3A::NEG_Z);
     for engine in engines(&[receiver.clone(), light.clone()]) {
-        let point = seen(engine.as_ref(), &[receiver.clone()], &ray);
+        let point = seen(engine.as_ref(), std::slice::from_ref(&receiver), &ray);
         let area = Area::new(light.clone(), Rgb::ONE).expect("an area");
         for u in points(341, 1_000) {
             let sample = area.sample_toward(point.position, u.as_dvec2()).expect("in front");

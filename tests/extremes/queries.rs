@@ -298,7 +298,7 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
     let mut positions = Vec::new();
     for (turn, center) in turns.iter().zip(&centers) {
         for p in [DVec3::ZERO, DVec3::X * a, corner] {
-            positions.push(Vec3A::from(*center + turn.to_world(p.as_vec3a())));
+            positions.push(*center + turn.to_world(p.as_vec3a()));
         }
     }
     let triangles = (0..4_000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();

@@ -53,9 +53,7 @@ impl Bins {
 
     fn fill(&mut self, references: &[Reference], binning: &Binning) {
         for reference in references {
-            let bins = binning.bins(reference);
-            for axis in 0..3 {
-                let bin = bins[axis];
+            for (axis, bin) in binning.bins(reference).into_iter().take(3).enumerate() {
                 self.bounds[bin][axis].extend(reference.lower(), reference.upper());
                 self.counts[bin][axis] += 1;
             }
