@@ -60,6 +60,7 @@ pub mod integrator;
 pub mod intersect;
 pub mod load;
 pub mod math;
+pub mod measure;
 pub mod ray;
 pub mod render;
 pub mod sampler;

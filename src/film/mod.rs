@@ -10,6 +10,7 @@ pub mod filter;
 pub mod output;
 pub mod picture;
 pub mod png;
+pub mod read;
 
 pub use filter::FilterSampler;
 

@@ -112,6 +112,17 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     temporary_beside(path).map(drop)
 }
 
+/// Writes `contents` to a file: through a temporary one, so that either all of it is there or what was
+/// there before.
+///
+/// # Errors
+/// As [`check_writable`].
+pub fn write_whole(path: &Path, contents: &[u8]) -> Result<(), OutputError> {
+    write_atomically(path, |writer| {
+        writer.write_all(contents).map_err(|error| OutputError::Io { path: path.to_owned(), error })
+    })
+}
+
 /// Writes a file through a temporary one in the same folder, which takes the place of `path` in one
 /// step after its contents are on the disk. If anything fails, `path` is as it was and nothing else is
 /// left behind.

@@ -1,5 +1,6 @@
 //! PNG files: 8-bit sRGB, for looking at.
 
+use std::io::Write;
 use std::path::Path;
 
 use super::output::{OutputError, Report, check_shape, write_atomically};
@@ -20,39 +21,66 @@ pub fn write_png(
     exposure_stops: f32,
 ) -> Result<Report, OutputError> {
     check_shape(path, picture)?;
-    let [red, green, blue] = ["R", "G", "B"].map(|name| picture.color(name));
-    let (Some(red), Some(green), Some(blue)) = (red, green, blue) else {
+    let Some(pixels) = Pixels::of(picture, exposure_stops) else {
         return Err(OutputError::NoColors(path.to_owned()));
     };
-    let alpha = picture.color("A");
-    let scale = exposure_stops.exp2();
-    let mut report = Report::default();
-    let mut bytes = Vec::with_capacity(picture.pixels() * 4);
-    for pixel in 0..picture.pixels() {
-        let coverage = alpha.map_or(1.0, |a| a[pixel]);
-        let rgb = [red[pixel], green[pixel], blue[pixel]];
-        report.not_a_number += rgb.iter().filter(|v| v.is_nan()).count();
-        bytes.extend(encode_pixel(rgb, coverage, scale));
-        if alpha.is_some() {
-            report.not_a_number += usize::from(coverage.is_nan());
-            bytes.push(to_byte(coverage));
-        }
-    }
-    let color = if alpha.is_some() { png::ColorType::Rgba } else { png::ColorType::Rgb };
-    let unfit = |e: png::EncodingError| match e {
-        png::EncodingError::IoError(error) => OutputError::Io { path: path.to_owned(), error },
-        other => OutputError::Unfit { path: path.to_owned(), reason: other.to_string() },
-    };
     write_atomically(path, |writer| {
-        let mut encoder = png::Encoder::new(writer, picture.crop.width, picture.crop.height);
-        encoder.set_color(color);
+        pixels.encode(writer).map_err(|e| match e {
+            png::EncodingError::IoError(error) => OutputError::Io { path: path.to_owned(), error },
+            other => OutputError::Unfit { path: path.to_owned(), reason: other.to_string() },
+        })
+    })?;
+    Ok(pixels.report)
+}
+
+/// The contents of the file that [`write_png`] would write; `None` of a picture without pixels or colours.
+#[must_use]
+pub fn png_bytes(picture: &Picture, exposure_stops: f32) -> Option<Vec<u8>> {
+    let mut file = Vec::new();
+    Pixels::of(picture, exposure_stops)?.encode(&mut file).ok()?;
+    Some(file)
+}
+
+/// A picture in bytes.
+struct Pixels {
+    width: u32,
+    height: u32,
+    color: png::ColorType,
+    bytes: Vec<u8>,
+    report: Report,
+}
+
+impl Pixels {
+    fn of(picture: &Picture, exposure_stops: f32) -> Option<Self> {
+        let (red, green, blue) = (picture.color("R")?, picture.color("G")?, picture.color("B")?);
+        let alpha = picture.color("A");
+        let scale = exposure_stops.exp2();
+        let mut report = Report::default();
+        let mut bytes = Vec::with_capacity(picture.pixels() * 4);
+        for pixel in 0..picture.pixels() {
+            let coverage = alpha.map_or(1.0, |a| a[pixel]);
+            let rgb = [red[pixel], green[pixel], blue[pixel]];
+            report.not_a_number += rgb.iter().filter(|v| v.is_nan()).count();
+            bytes.extend(encode_pixel(rgb, coverage, scale));
+            if alpha.is_some() {
+                report.not_a_number += usize::from(coverage.is_nan());
+                bytes.push(to_byte(coverage));
+            }
+        }
+        let color = if alpha.is_some() { png::ColorType::Rgba } else { png::ColorType::Rgb };
+        let (width, height) = (picture.crop.width, picture.crop.height);
+        Some(Self { width, height, color, bytes, report })
+    }
+
+    fn encode(&self, writer: impl Write) -> Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(writer, self.width, self.height);
+        encoder.set_color(self.color);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut file = encoder.write_header().map_err(unfit)?;
-        file.write_image_data(&bytes).map_err(unfit)?;
-        file.finish().map_err(unfit)
-    })?;
-    Ok(report)
+        let mut file = encoder.write_header()?;
+        file.write_image_data(&self.bytes)?;
+        file.finish()
+    }
 }
 
 /// A pixel's colour bytes.

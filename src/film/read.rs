@@ -1,0 +1,143 @@
+//! OpenEXR files in: pictures that others are to be compared with.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+
+use super::picture::{Channel, Picture, Values};
+use crate::scene::settings::{ComponentFormat, Crop};
+
+/// Why a picture cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// The operating system refuses.
+    #[error("cannot read `{path}`: {error}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Its reason.
+        error: io::Error,
+    },
+    /// It is no OpenEXR file, or one with parts that are not supported.
+    #[error("cannot read `{path}`: {reason} (expected an OpenEXR file)")]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+/// Reads all channels of the first part of an OpenEXR file; of several levels of detail the finest.
+///
+/// `R`, `G`, `B` and `A` become colours, in the precision of `R`; 16-bit numbers of other channels are
+/// widened. The data window becomes the crop, the display window the film.
+///
+/// # Errors
+/// What the operating system refuses; what is no OpenEXR file; a data window that leaves the display window.
+pub fn read_exr(path: &Path) -> Result<Picture, InputError> {
+    let malformed = |reason| InputError::Malformed { path: path.to_owned(), reason };
+    let image = read_first_flat_layer_from_file(path).map_err(|e| match e {
+        exr::error::Error::Io(error) => InputError::Io { path: path.to_owned(), error },
+        exr::error::Error::Invalid(reason) => malformed(reason.into_owned()),
+        other => malformed(other.to_string()),
+    })?;
+    let (display, layer) = (image.attributes.display_window, image.layer_data);
+    let offset = layer.attributes.layer_position - display.position;
+    let number = |n: usize| u32::try_from(n).ok();
+    let crop = || {
+        let (x, y) = (u32::try_from(offset.x()).ok()?, u32::try_from(offset.y()).ok()?);
+        Some(Crop { x, y, width: number(layer.size.x())?, height: number(layer.size.y())? })
+    };
+    let film = number(display.size.x()).zip(number(display.size.y()));
+    let (Some(crop), Some((width, height))) = (crop(), film) else {
+        return Err(malformed("its data window leaves its display window".to_owned()));
+    };
+    let end = |start: u32, length: u32| u64::from(start) + u64::from(length);
+    if end(crop.x, crop.width) > width.into() || end(crop.y, crop.height) > height.into() {
+        return Err(malformed("its data window leaves its display window".to_owned()));
+    }
+    let mut component = ComponentFormat::Float;
+    let mut channels = Vec::new();
+    for channel in layer.channel_data.list {
+        let name = String::from_utf8_lossy(channel.name.as_slice()).into_owned();
+        let is_color = matches!(name.as_str(), "R" | "G" | "B" | "A");
+        if name == "R" && matches!(channel.sample_data, FlatSamples::F16(_)) {
+            component = ComponentFormat::Half;
+        }
+        let numbers = match channel.sample_data {
+            FlatSamples::F16(values) => values.into_iter().map(|v| v.to_f32()).collect(),
+            FlatSamples::F32(values) => values,
+            FlatSamples::U32(values) => {
+                channels.push(Channel::new(name, Values::Index(values)));
+                continue;
+            }
+        };
+        let values = if is_color { Values::Color(numbers) } else { Values::Float(numbers) };
+        channels.push(Channel::new(name, values));
+    }
+    let picture = Picture { width, height, crop, channels, component };
+    match picture.channels.iter().find(|c| c.values.len() != picture.pixels()) {
+        Some(channel) => Err(malformed(format!(
+            "channel `{}` has {} of {} pixels",
+            channel.name,
+            channel.values.len(),
+            picture.pixels()
+        ))),
+        None => Ok(picture),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::film::exr::{Metadata, write_exr};
+
+    #[test]
+    fn what_was_written_is_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.exr");
+        let numbers = [0.25, -1.0, 0.0, 2.0, 3.0, 4.0];
+        // Sorted, as files have them.
+        let mut picture = Picture {
+            width: 5,
+            height: 4,
+            crop: Crop { x: 2, y: 1, width: 3, height: 2 },
+            channels: vec![
+                Channel::new("B", Values::Color(numbers.to_vec())),
+                Channel::new("G", Values::Color(numbers.to_vec())),
+                Channel::new("R", Values::Color(numbers.to_vec())),
+                Channel::new("größe.T", Values::Float(numbers.map(|n| n * 1e-30).to_vec())),
+                Channel::new("samples.N", Values::Index(vec![0, 1, 2, 3, 4, u32::MAX])),
+            ],
+            component: ComponentFormat::Half,
+        };
+        for component in [ComponentFormat::Half, ComponentFormat::Float] {
+            picture.component = component;
+            write_exr(&path, &picture, &Metadata::default()).expect("writable");
+            assert_eq!(read_exr(&path).expect("readable"), picture);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let message = |name: &str| {
+            let path = folder.path().join(name);
+            let text = read_exr(&path).expect_err("not readable").to_string();
+            text.replace(&format!("{}/", folder.path().display()), "")
+        };
+        assert_eq!(
+            message("none.exr"),
+            "cannot read `none.exr`: No such file or directory (os error 2)"
+        );
+        fs::write(folder.path().join("a.exr"), "no picture at all").expect("writable");
+        assert_eq!(
+            message("a.exr"),
+            "cannot read `a.exr`: file identifier missing (expected an OpenEXR file)"
+        );
+    }
+}
