@@ -12,6 +12,7 @@ use telamon::intersect::accel::Mode;
 use telamon::intersect::{Accel, Backend};
 use telamon::load::{LoadOptions, Loaded, load_scene};
 
+mod compare;
 mod completions;
 mod inspect;
 mod interrupt;
@@ -45,6 +46,7 @@ enum Command {
     Render(render::Arguments),
     Inspect(inspect::Arguments),
     Trace(trace::Arguments),
+    Compare(compare::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }
@@ -72,6 +74,7 @@ impl CommandLine {
             Command::Render(arguments) => arguments.run(),
             Command::Inspect(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Trace(arguments) => arguments.run().map(|()| Ending::Done),
+            Command::Compare(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Completions(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Man(arguments) => arguments.run().map(|()| Ending::Done),
         }

@@ -5,6 +5,7 @@
 
 #![allow(dead_code, reason = "each test program uses its own part of this")]
 
+pub(crate) mod command;
 pub(crate) mod lights;
 pub(crate) mod materials;
 pub(crate) mod meshes;

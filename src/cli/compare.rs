@@ -1,0 +1,172 @@
+//! `telamon compare`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use telamon::film::exr::{Metadata, write_exr};
+use telamon::film::output::{FileFormat, check_writable};
+use telamon::film::png::write_png;
+use telamon::film::read::read_exr;
+use telamon::measure::false_color::{false_color, side_by_side};
+use telamon::measure::{Image, Metrics, ZTest};
+
+use super::message::{Failure, warn};
+use super::print;
+use super::table::table;
+use super::values::{self, Output};
+
+/// Measure how far pictures are from each other
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Without --reference, B is the reference of A. The documentation of the module \
+                  `measure::metrics` defines what is shown.\n\n\
+                  Example: telamon compare a.exr b.exr --reference truth.exr -o difference.png"
+)]
+pub(super) struct Arguments {
+    /// OpenEXR file
+    #[arg(value_name = "A")]
+    a: PathBuf,
+
+    /// OpenEXR file of the same part of the same film
+    #[arg(value_name = "B")]
+    b: PathBuf,
+
+    /// Measure both against this OpenEXR file, which may show more of the film
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+
+    /// Picture to write, .png or .exr: where A is brighter (orange) or darker (blue) than its
+    /// reference, from 0.1 % (black) to 100 %; with --reference the same of B to its right
+    #[arg(short, long, value_name = "FILE", value_parser = values::output)]
+    output: Option<Output>,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        if let Some(output) = &self.output {
+            check_writable(&output.path)?;
+        }
+        let (a, b) = (load(&self.a)?, load(&self.b)?);
+        let (text, shown) = match &self.reference {
+            None => {
+                let b = covering(&b, &self.b, &a, &self.a)?;
+                let metrics = measured(&a, &b, &self.a)?;
+                let title = format!("{} against {}\n", self.a.display(), self.b.display());
+                (title + &rows(&[metrics]), vec![false_color(&a, &b)])
+            }
+            Some(path) => {
+                if (a.width, a.height, a.crop) != (b.width, b.height, b.crop) {
+                    // Says which it is.
+                    covering(&b, &self.b, &a, &self.a)?;
+                    covering(&a, &self.a, &b, &self.b)?;
+                }
+                let reference = covering(&load(path)?, path, &a, &self.a)?;
+                let metrics =
+                    [measured(&a, &reference, &self.a)?, measured(&b, &reference, &self.b)?];
+                let (a_name, b_name) = (self.a.display(), self.b.display());
+                let title = format!("A = {a_name}, B = {b_name} against {}\n", path.display());
+                let shown = vec![false_color(&a, &reference), false_color(&b, &reference)];
+                (title + &rows(&metrics), shown)
+            }
+        };
+        let z_test = covering(&b, &self.b, &a, &self.a).map(|b| ZTest::of(&a, &b))?;
+        print((text + &z_test.map_or(String::new(), |z| verdict(&z))).as_bytes())?;
+        match &self.output {
+            Some(output) => write(output, &shown),
+            None => Ok(()),
+        }
+    }
+}
+
+fn load(path: &Path) -> Result<Image, Failure> {
+    let picture = read_exr(path)?;
+    Image::from_picture(&picture).map_err(|e| Failure::new(format!("`{}`: {e}", path.display())))
+}
+
+/// The part of `whole` that `part` covers.
+fn covering(
+    whole: &Image,
+    whole_path: &Path,
+    part: &Image,
+    part_path: &Path,
+) -> Result<Image, Failure> {
+    whole.cut_to(part).map_err(|e| {
+        let (part, whole) = (part_path.display(), whole_path.display());
+        Failure::new(format!("cannot compare `{part}` with `{whole}`: {e}"))
+    })
+}
+
+fn measured(image: &Image, reference: &Image, path: &Path) -> Result<Metrics, Failure> {
+    let metrics = Metrics::of(image, reference).ok_or_else(|| {
+        Failure::new(format!("`{}`: no pixel is finite in both pictures", path.display()))
+    })?;
+    if metrics.non_finite > 0 {
+        let count = metrics.non_finite;
+        warn(format!("`{}`: pixels that are not finite and are left out: {count}", path.display()));
+    }
+    Ok(metrics)
+}
+
+/// A row for each metric, a column for each picture.
+fn rows(pictures: &[Metrics]) -> String {
+    let number = |v: f64| format!("{v:.6}");
+    let scientific = |v: f64| format!("{v:.4e}");
+    let row = |name: &str, value: &dyn Fn(&Metrics) -> String| {
+        let mut cells = vec![name.to_owned()];
+        cells.extend(pictures.iter().map(value));
+        cells
+    };
+    let mut rows = vec![
+        row("pixels", &|m| m.pixels.to_string()),
+        row("MSE", &|m| scientific(m.mse)),
+        row("RMSE", &|m| scientific(m.rmse())),
+        row("relMSE", &|m| scientific(m.rel_mse)),
+        row("relMSE without the worst 0.1 %", &|m| scientific(m.rel_mse_trimmed)),
+        row("relative squared error, 99.9 %", &|m| scientific(m.rel_se_quantile)),
+        row("relative squared error, largest", &|m| scientific(m.rel_se_max)),
+        row("SMAPE", &|m| number(m.smape)),
+        row("FLIP", &|m| number(m.flip)),
+        row("bias", &|m| scientific(m.bias)),
+        row("standard error of the bias", &|m| scientific(m.bias_error)),
+        row("bias over the mean", &|m| format!("{:+.3} %", 100.0 * m.bias / m.reference_mean)),
+        row("p-value if there is no bias", &|m| format!("{:.3e}", m.bias_p_value())),
+    ];
+    if pictures.iter().all(|m| m.reference_noise.is_some()) {
+        rows.push(row("MSE without the reference's noise", &|m| scientific(m.true_mse())));
+        rows.push(row("relMSE without it", &|m| scientific(m.true_rel_mse())));
+    }
+    if pictures.len() == 2 {
+        rows.insert(0, vec![String::new(), "A".to_owned(), "B".to_owned()]);
+    }
+    table(&rows, &[1, 2])
+}
+
+fn verdict(z: &ZTest) -> String {
+    format!(
+        "A and B {}: {} of {} numbers differ beyond chance (p < {:.2e} each, {} for all; {} % may). \
+         Mean z squared {:.3}.\n",
+        if z.passes() { "agree within their noise" } else { "differ by more than their noise" },
+        z.beyond,
+        z.compared,
+        z.level,
+        ZTest::SIGNIFICANCE,
+        100.0 * ZTest::ALLOWANCE,
+        z.mean_square
+    )
+}
+
+fn write(output: &Output, shown: &[Image]) -> Result<(), Failure> {
+    let image = match shown {
+        [left, right] => &side_by_side(left, right),
+        _ => &shown[0],
+    };
+    let picture = image.to_picture(1);
+    let report = match output.format {
+        FileFormat::Exr => write_exr(&output.path, &picture, &Metadata::default())?,
+        FileFormat::Png => write_png(&output.path, &picture, 0.0)?,
+    };
+    if !report.is_clean() {
+        warn(format!("{}: {report}", output.path.display()));
+    }
+    Ok(())
+}
