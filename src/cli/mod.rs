@@ -16,7 +16,9 @@ mod compare;
 mod completions;
 mod inspect;
 mod interrupt;
+mod machine;
 mod man;
+mod measure;
 mod message;
 mod progress;
 mod render;
@@ -47,6 +49,7 @@ enum Command {
     Inspect(inspect::Arguments),
     Trace(trace::Arguments),
     Compare(compare::Arguments),
+    Measure(measure::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }
@@ -74,6 +77,7 @@ impl CommandLine {
             Command::Render(arguments) => arguments.run(),
             Command::Inspect(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Trace(arguments) => arguments.run().map(|()| Ending::Done),
+            Command::Measure(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Completions(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Man(arguments) => arguments.run().map(|()| Ending::Done),

@@ -37,6 +37,31 @@ impl Bar {
     }
 }
 
+/// Shows how many runs of an experiment are done, if standard error is a terminal.
+#[derive(Debug)]
+pub(super) struct Runs(ProgressBar);
+
+impl Runs {
+    pub(super) fn new(count: u64, quiet: bool) -> Self {
+        if quiet {
+            return Self(ProgressBar::hidden());
+        }
+        let bar = ProgressBar::new(count);
+        let template = "{wide_bar} {percent:>3} %  {msg}";
+        bar.set_style(ProgressStyle::with_template(template).expect("a valid template"));
+        Self(bar)
+    }
+
+    pub(super) fn update(&self, done: u64, message: String) {
+        self.0.set_position(done);
+        self.0.set_message(message);
+    }
+
+    pub(super) fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// `count` per second of `elapsed`, in millions.
 pub(super) fn millions_per_second(count: u64, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64().max(1e-9);

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use telamon::film::output::{FileFormat, OutputError};
+use telamon::measure::plan::Variation;
 use telamon::scene::settings::Crop;
 
 /// A picture file that is asked for.
@@ -59,6 +60,35 @@ pub(super) fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
+pub(super) fn choice(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((knob, value)) if !knob.is_empty() && !value.is_empty() => {
+            Ok((knob.to_owned(), value.to_owned()))
+        }
+        _ => Err("expected a knob, an equals sign and a value, such as max_depth=3".to_owned()),
+    }
+}
+
+pub(super) fn variation(text: &str) -> Result<Variation, String> {
+    let split = text.split_once('=').map(|(knob, values)| {
+        let values: Vec<String> = values.split(',').map(str::to_owned).collect();
+        Variation { knob: knob.to_owned(), values }
+    });
+    match split {
+        Some(v) if !v.knob.is_empty() && v.values.iter().all(|value| !value.is_empty()) => Ok(v),
+        _ => Err("expected a knob, an equals sign and values with commas between, such as \
+                  spp=4,16,64"
+            .to_owned()),
+    }
+}
+
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err("expected a number above 0".to_owned()),
+    }
+}
+
 pub(super) fn stops(text: &str) -> Result<f32, String> {
     // Beyond ±149 every power of 2 leaves the range of f32.
     match text.parse() {
@@ -94,6 +124,17 @@ mod tests {
         assert_eq!(define("a=b=c"), Ok(("a".to_owned(), "b=c".to_owned())));
         assert_eq!(define("a="), Ok(("a".to_owned(), String::new())));
         assert!(define("=b").is_err() && define("a").is_err());
+        assert_eq!(choice("a=b"), Ok(("a".to_owned(), "b".to_owned())));
+        assert!(choice("a=").is_err() && choice("=b").is_err());
+        let values = |v: Variation| (v.knob, v.values.join(" "));
+        assert_eq!(variation("a=b,c").map(values), Ok(("a".to_owned(), "b c".to_owned())));
+        for bad in ["", "a", "a=", "=b", "a=b,", "a=,b"] {
+            assert!(variation(bad).is_err(), "{bad}");
+        }
+        assert_eq!(positive("1e-2"), Ok(0.01));
+        for bad in ["", "0", "-1", "inf", "NaN"] {
+            assert!(positive(bad).is_err(), "{bad}");
+        }
         assert_eq!(stops("-1.5"), Ok(-1.5));
         for bad in ["", "x", "NaN", "inf", "128"] {
             assert!(stops(bad).is_err(), "{bad}");

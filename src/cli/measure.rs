@@ -1,0 +1,457 @@
+//! `telamon measure`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::Args;
+use flate2::Crc;
+use telamon::film::exr::Metadata;
+use telamon::measure::bench::{Bench, Run, mean_error, render_reference};
+use telamon::measure::knobs::{KNOBS, KnobError, Setting};
+use telamon::measure::plan::{self, Candidate, Design, Variation};
+use telamon::measure::record::{Origin, Record, ReferenceOrigin};
+use telamon::measure::store::{Store, load_image};
+use telamon::measure::summary::Findings;
+use telamon::measure::{Image, crops, report};
+use telamon::scene::Description;
+use telamon::scene::settings::Crop;
+
+use super::machine::{self, ProcessMemory};
+use super::message::{Failure, say, warn};
+use super::progress::Runs;
+use super::table::table;
+use super::values::{self, Size};
+use super::{Ending, Input, interrupt, print};
+
+/// Measure what settings cost and what they give, on a scene of your own
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Ctrl-C stops and keeps what was measured; with --report the same command goes on from there.\n\n\
+                  Example: telamon measure scene.xml --vary strategy=bsdf,emitter,mis_power --vary spp=4,8,16,32 \
+                  --report trade"
+)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    input: Input,
+
+    /// Knob to vary, with the values that it is to have; may be repeated
+    #[arg(
+        long,
+        value_name = "KNOB=V1,V2,…",
+        value_parser = values::variation,
+        help_heading = "Experiment",
+        long_help = knobs_help()
+    )]
+    vary: Vec<Variation>,
+
+    /// Set a knob for all settings, the reference among them; may be repeated
+    #[arg(
+        long,
+        value_name = "KNOB=VALUE",
+        value_parser = values::choice,
+        help_heading = "Experiment"
+    )]
+    set: Vec<(String, String)>,
+
+    /// Vary each knob by itself instead of every value with every other
+    #[arg(long, help_heading = "Experiment")]
+    one_at_a_time: bool,
+
+    /// Seeds for each setting
+    #[arg(
+        long,
+        value_name = "K",
+        default_value_t = 8,
+        value_parser = clap::value_parser!(u32).range(2..=10_000),
+        help_heading = "Experiment"
+    )]
+    repeats: u32,
+
+    /// Seed that those of all runs come from [default: the scene's]
+    #[arg(long, value_name = "N", help_heading = "Experiment")]
+    seed: Option<u64>,
+
+    /// Columns and rows of the whole picture [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Experiment")]
+    size: Option<Size>,
+
+    /// Measure only this part: first column and row, columns and rows [default: the scene's]
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Experiment")]
+    crop: Option<Crop>,
+
+    /// OpenEXR file to measure against; with the layers of `render --variance` its noise is taken into
+    /// account
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with = "reference_spp",
+        help_heading = "Experiment"
+    )]
+    reference: Option<PathBuf>,
+
+    /// Render the reference with N samples per pixel [default: 16 times the most of any setting]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(16..),
+        help_heading = "Experiment"
+    )]
+    reference_spp: Option<u32>,
+
+    /// relMSE that the verdict is about
+    #[arg(
+        long,
+        value_name = "RELMSE",
+        default_value_t = 0.01,
+        value_parser = values::positive,
+        help_heading = "Output"
+    )]
+    target: f64,
+
+    /// Folder for the report, and for all runs as JSON and CSV; one that holds a part of the same
+    /// experiment is completed
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    report: Option<PathBuf>,
+
+    /// Show no progress
+    #[arg(short, long, help_heading = "Output")]
+    quiet: bool,
+}
+
+/// What is measured, and how.
+struct Experiment {
+    base: Setting,
+    candidates: Vec<Candidate>,
+    record: Record,
+    store: Option<Store>,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<Ending, Failure> {
+        let accel = self.input.accel();
+        let mut description = self.input.load()?.description;
+        if let Some(Size { width, height }) = self.size {
+            description.resize(width, height)?;
+        }
+        if let Some(crop) = self.crop {
+            description.crop_to(crop)?;
+        }
+        let scene = Setting::of(&description, accel, machine::threads())?;
+        let base = self.base(&scene)?;
+        let design = if self.one_at_a_time { Design::OneAtATime } else { Design::Grid };
+        let candidates = plan::candidates(&base, &self.vary, design)?;
+        let mut experiment = self.experiment(&description, base, candidates)?;
+
+        let cancel = interrupt::watch()?;
+        let settings = experiment.candidates.iter().map(|c| &c.setting);
+        let settings: Vec<&Setting> = settings.chain([&experiment.base]).collect();
+        let mut bench = Bench::new(description, settings, &ProcessMemory)?;
+        experiment.record.engines = bench.engines();
+        let Some(reference) = self.reference(&mut bench, &experiment, &cancel)? else {
+            return Ok(Ending::Interrupted);
+        };
+        self.measure(&mut bench, &mut experiment, &reference, &cancel)?;
+        self.conclude(&mut bench, &experiment, &reference, &cancel)?;
+        let interrupted = cancel.load(Ordering::Relaxed);
+        Ok(if interrupted { Ending::Interrupted } else { Ending::Done })
+    }
+
+    /// The scene's own setting, with what `--set` says.
+    fn base(&self, scene: &Setting) -> Result<Setting, KnobError> {
+        let candidate = plan::turned(scene, &self.set)?;
+        match self.set.iter().find(|choice| !candidate.choices.contains(choice)) {
+            Some((knob, _)) => Err(KnobError::no_effect(knob)),
+            None => Ok(candidate.setting),
+        }
+    }
+
+    /// What was measured before, if it belongs to this experiment, or nothing so far.
+    fn experiment(
+        &self,
+        description: &Description,
+        base: Setting,
+        candidates: Vec<Candidate>,
+    ) -> Result<Experiment, Failure> {
+        let store = self.report.as_deref().map(Store::open).transpose()?;
+        let stored = store.as_ref().map(Store::record).transpose()?.flatten();
+        let most = candidates.iter().map(|c| c.setting.samples_per_pixel).max().unwrap_or(1);
+        let reference = match (&self.reference, self.reference_spp, &stored) {
+            (Some(path), ..) => {
+                ReferenceOrigin::File { path: path.display().to_string(), crc32: crc32(path)? }
+            }
+            (None, Some(samples_per_pixel), _) => ReferenceOrigin::Rendered { samples_per_pixel },
+            // More settings may have come, but not a reason to render another reference.
+            (None, None, Some(Record { origin, .. })) => origin.reference.clone(),
+            (None, None, None) => {
+                ReferenceOrigin::Rendered { samples_per_pixel: most.saturating_mul(16).max(256) }
+            }
+        };
+        let Crop { x, y, width, height } = description.film.crop;
+        let origin = Origin {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: machine::COMMIT.map(str::to_owned),
+            debug_build: cfg!(debug_assertions),
+            embree: env!("TELAMON_EMBREE").to_owned(),
+            processor: machine::processor(),
+            processor_threads: machine::threads(),
+            scene: self.input.scene.display().to_string(),
+            scene_crc32: crc32(&self.input.scene)?,
+            defines: self.input.defines.clone(),
+            film: (description.film.width, description.film.height),
+            crop: (x, y, width, height),
+            base: format!("{base:?}"),
+            seed: self.seed.unwrap_or(description.sampler.seed),
+            reference,
+        };
+        let mut record = match (stored, &store) {
+            (Some(stored), Some(store)) => {
+                store.check(&stored.origin, &origin)?;
+                stored
+            }
+            _ => Record { origin, commands: Vec::new(), engines: Vec::new(), runs: Vec::new() },
+        };
+        let command: Vec<String> = std::env::args().collect();
+        let command = command.join(" ");
+        if !record.commands.contains(&command) {
+            record.commands.push(command);
+        }
+        Ok(Experiment { base, candidates, record, store })
+    }
+
+    /// The picture to measure against; `None` if Ctrl-C came before it was done.
+    fn reference(
+        &self,
+        bench: &mut Bench<'_>,
+        experiment: &Experiment,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Image>, Failure> {
+        let samples_per_pixel = match &experiment.record.origin.reference {
+            ReferenceOrigin::File { path, .. } => {
+                return self.reference_file(Path::new(path), bench).map(Some);
+            }
+            ReferenceOrigin::Rendered { samples_per_pixel } => *samples_per_pixel,
+        };
+        if let Some(image) = experiment.store.as_ref().map(Store::reference).transpose()?.flatten()
+        {
+            return Ok(Some(image));
+        }
+        let setting = Setting { samples_per_pixel, ..experiment.base.clone() };
+        let bar = Runs::new(1000, self.quiet);
+        let seed = experiment.record.origin.seed;
+        let on_progress = |done: f64| bar.update((1000.0 * done) as u64, "reference".to_owned());
+        let image = render_reference(bench, &setting, seed, &on_progress, cancel);
+        bar.finish();
+        if let (Some(image), Some(store)) = (&image, &experiment.store) {
+            // What the mean of its parts has.
+            let parts = telamon::measure::bench::REFERENCE_PARTS;
+            let samples = samples_per_pixel.div_ceil(parts).saturating_mul(parts);
+            let metadata = Metadata {
+                scene: experiment.record.origin.scene.clone(),
+                seed,
+                samples_per_pixel: (samples, samples),
+                backend: experiment.record.engines.join(", "),
+                ..Metadata::default()
+            };
+            store.save_reference(image, &metadata)?;
+        }
+        Ok(image)
+    }
+
+    fn reference_file(&self, path: &Path, bench: &Bench<'_>) -> Result<Image, Failure> {
+        let image = load_image(path)?;
+        let film = &bench.description().film;
+        let (width, height, crop) = (film.width, film.height, film.crop);
+        let wanted = Image { width, height, crop, pixels: Vec::new(), variance: None };
+        let image = image.cut_to(&wanted).map_err(|e| {
+            let scene = self.input.scene.display();
+            Failure::new(format!("cannot measure `{scene}` against `{}`: {e}", path.display()))
+        })?;
+        if image.variance.is_none() {
+            warn(format!(
+                "`{}` does not say how noisy it is: it counts as exact (expected the layers of `telamon \
+                 render --variance`)",
+                path.display()
+            ));
+        }
+        Ok(image)
+    }
+
+    /// Makes all runs that are missing, until Ctrl-C.
+    fn measure(
+        &self,
+        bench: &mut Bench<'_>,
+        experiment: &mut Experiment,
+        reference: &Image,
+        cancel: &AtomicBool,
+    ) -> Result<(), Failure> {
+        let Experiment { candidates, record, store, .. } = experiment;
+        let labels: Vec<String> = candidates.iter().map(Candidate::label).collect();
+        let seed = record.origin.seed;
+        let order: Vec<plan::Slot> = plan::order(candidates.len(), self.repeats, seed)
+            .into_iter()
+            .filter(|&(c, k)| !record.runs.iter().any(|r| r.setting == labels[c] && r.repeat == k))
+            .collect();
+        let bar = Runs::new(order.len() as u64, self.quiet);
+        for (done, &(candidate, repeat)) in order.iter().enumerate() {
+            let left = remaining(&record.runs, candidates, &labels, &order[done..]);
+            bar.update(done as u64, message(&labels[candidate], left));
+            let subject = (labels[candidate].as_str(), &candidates[candidate].setting);
+            let run = bench.run(subject, repeat, seed, reference, cancel);
+            if cancel.load(Ordering::Relaxed) {
+                break;
+            }
+            let run = run.ok_or_else(|| {
+                let label = &labels[candidate];
+                Failure::new(format!("{label}: no pixel is finite in picture and reference"))
+            })?;
+            record.runs.push(run);
+            if let Some(store) = store {
+                store.save(record)?;
+            }
+        }
+        bar.finish();
+        Ok(())
+    }
+
+    /// Shows and writes what was found.
+    fn conclude(
+        &self,
+        bench: &mut Bench<'_>,
+        experiment: &Experiment,
+        reference: &Image,
+        cancel: &AtomicBool,
+    ) -> Result<(), Failure> {
+        let Experiment { candidates, record, store, .. } = experiment;
+        let findings = Findings::of(candidates, &record.runs, mean_error(reference));
+        let enough = findings.settings.iter().all(|s| s.runs > 1);
+        if findings.settings.is_empty() || !enough {
+            say("too few runs to say anything: two of each setting are needed");
+            return Ok(());
+        }
+        let sentences = report::verdict(&findings, &record.runs, self.target);
+        let mut text = rows(&findings);
+        text += "\n";
+        for sentence in &sentences {
+            text += &format!("{sentence}\n");
+        }
+        print(text.as_bytes())?;
+        if let Some(store) = store {
+            let subject = (&findings, record.runs.as_slice());
+            let shots = crops::take(bench, candidates, subject, reference, self.target, cancel);
+            let page = report::html(record, &findings, &sentences, shots.as_ref(), self.target);
+            let path = store.save_findings(&findings, &page)?;
+            say(&format!("report: {}", path.display()));
+        }
+        Ok(())
+    }
+}
+
+/// CRC-32 of a file's contents.
+fn crc32(path: &Path) -> Result<u32, Failure> {
+    let contents = fs::read(path)
+        .map_err(|e| Failure::new(format!("cannot read `{}`: {e}", path.display())))?;
+    let mut crc = Crc::new();
+    crc.update(&contents);
+    Ok(crc.sum())
+}
+
+/// Seconds that the runs in `order` will take, from those of the same setting so far, or else from the
+/// time of a sample; `None` before the first.
+fn remaining(
+    runs: &[Run],
+    candidates: &[Candidate],
+    labels: &[String],
+    order: &[plan::Slot],
+) -> Option<f64> {
+    let mean = |label: &str| {
+        let times: Vec<f64> =
+            runs.iter().filter(|r| r.setting == label).map(|r| r.seconds).collect();
+        (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
+    };
+    let known: Vec<Option<f64>> = labels.iter().map(|label| mean(label)).collect();
+    let samples = |c: usize| f64::from(candidates[c].setting.samples_per_pixel);
+    let each: Vec<f64> =
+        (0..labels.len()).filter_map(|c| known[c].map(|t| t / samples(c))).collect();
+    let rate = each.iter().sum::<f64>() / each.len() as f64;
+    let time = |&(c, _): &plan::Slot| known[c].unwrap_or(rate * samples(c));
+    (!each.is_empty()).then(|| order.iter().map(time).sum())
+}
+
+fn message(label: &str, left: Option<f64>) -> String {
+    let left = left.map_or(String::new(), |seconds| {
+        let seconds = Duration::from_secs(seconds.ceil() as u64);
+        format!("{} left  ", indicatif::HumanDuration(seconds))
+    });
+    format!("{left}{label}")
+}
+
+/// The table of all settings.
+fn rows(findings: &Findings) -> String {
+    use report::{percent, rough, significant};
+    let names = [
+        "setting",
+        "spp",
+        "seconds",
+        "Mrays/s",
+        "RMSE",
+        "relMSE",
+        "trimmed",
+        "FLIP",
+        "bias",
+        "efficiency",
+        "memory",
+    ];
+    let mut rows = vec![names.map(str::to_owned).to_vec()];
+    for s in &findings.settings {
+        let spread = |s: telamon::measure::summary::Spread| {
+            format!("{} ± {}", significant(s.mean), rough(s.deviation))
+        };
+        let biased = if s.bias.is_biased { " BIASED" } else { "" };
+        let efficiency = s.compared.map_or("1".to_owned(), |c| {
+            let r = c.ratio;
+            let mark = if c.differs { "" } else { " ~" };
+            format!("{} ({}–{}){mark}", significant(r.value), rough(r.low), rough(r.high))
+        });
+        rows.push(vec![
+            s.setting.clone(),
+            s.samples_per_pixel.to_string(),
+            format!(
+                "{} ({}–{})",
+                significant(s.seconds.value),
+                rough(s.seconds.low),
+                rough(s.seconds.high)
+            ),
+            format!("{:.2}", s.rays / s.seconds.value * 1e-6),
+            significant(s.rmse),
+            spread(s.rel_mse),
+            significant(s.rel_mse_trimmed.mean),
+            spread(s.flip),
+            format!("{}{biased}", percent(s.bias.relative)),
+            efficiency,
+            s.peak_bytes.map_or(String::new(), |b| format!("{} MB", b / 1_000_000)),
+        ]);
+    }
+    let numbers: Vec<usize> = (1..names.len()).collect();
+    table(&rows, &numbers)
+        + "\n  efficiency: 1/(MSE·s) over that of the base with as many samples, and its 95 % interval; ~ if not \
+           told apart\n"
+}
+
+/// The knobs with their values.
+fn knobs_help() -> String {
+    use telamon::intersect::{Accel, Backend};
+    let mut help = "Knob to vary, with the values that it is to have, separated by commas; may be repeated. What \
+                    a setting has no use for is left out. Knobs:"
+        .to_owned();
+    for knob in KNOBS {
+        help += &format!("\n  {}: {}", knob.name, knob.values);
+    }
+    for &backend in Backend::AVAILABLE {
+        for (key, values) in Accel::modes(backend) {
+            help += &format!("\n  {key}: one of: {} (backend {backend})", values.join(", "));
+        }
+    }
+    help
+}

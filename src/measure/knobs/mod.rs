@@ -1,0 +1,406 @@
+//! What an experiment can turn: one entry for each knob, under the name that scene files have for it.
+
+mod turn;
+
+use crate::intersect::accel::{Mode, UnknownMode};
+use crate::intersect::{Accel, Backend};
+use crate::scene::Description;
+use crate::scene::settings::{Filter, IntegratorSettings, SamplerKind};
+
+/// How a scene is rendered: all that knobs can turn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// How light is carried; never layers, which are not measured.
+    pub integrator: IntegratorSettings,
+    /// Kind of the random numbers.
+    pub sampler: SamplerKind,
+    /// Samples per pixel.
+    pub samples_per_pixel: u32,
+    /// Reconstruction filter.
+    pub filter: Filter,
+    /// Engine and its modes.
+    pub accel: Accel,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// Why a knob cannot be turned as asked for.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum KnobError {
+    /// The scene makes no picture.
+    #[error("the scene makes layers but no picture, and layers have no noise to be measured")]
+    NoPicture,
+    /// No knob has this name.
+    #[error("there is no knob `{name}` (expected one of: {})", names().join(", "))]
+    Unknown {
+        /// The name.
+        name: String,
+    },
+    /// The knob cannot have this value.
+    #[error("knob `{name}` cannot be `{value}` (expected {expected})")]
+    Value {
+        /// The knob.
+        name: String,
+        /// The value.
+        value: String,
+        /// What it can be.
+        expected: String,
+    },
+    /// No setting of the experiment has a use for the knob.
+    #[error("knob `{name}` changes nothing: {reason}")]
+    NoEffect {
+        /// The knob.
+        name: String,
+        /// Why.
+        reason: &'static str,
+    },
+    /// A knob is named twice, or a value of it.
+    #[error("{what} is given twice")]
+    Twice {
+        /// Knob, or knob and value.
+        what: String,
+    },
+}
+
+impl KnobError {
+    /// No setting has a use for the knob.
+    #[must_use]
+    pub fn no_effect(name: &str) -> Self {
+        let knob = KNOBS.iter().find(|k| k.name == name);
+        let reason = knob.map_or("the engine has no such mode", |k| k.needs);
+        Self::NoEffect { name: name.to_owned(), reason }
+    }
+}
+
+/// One knob.
+pub struct Knob {
+    /// Its name.
+    pub name: &'static str,
+    /// What it can be, for messages and the help.
+    pub values: &'static str,
+    /// Why it may change nothing.
+    needs: &'static str,
+    set: fn(&mut Setting, &str) -> Turn,
+}
+
+impl std::fmt::Debug for Knob {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", self.name, self.values)
+    }
+}
+
+/// What became of an attempt.
+enum Turn {
+    Done,
+    /// The setting has no use for the knob.
+    NoUse,
+    /// It cannot have this value.
+    Bad,
+}
+
+const PATH_ONLY: &str = "only integrators `path` and `direct` have it";
+
+/// The knobs, in the order in which they are turned: the integrator before its properties. After them come
+/// the modes of the engines ([`Accel::modes`]).
+pub static KNOBS: &[Knob] = &[
+    Knob { name: "spp", values: "a whole number from 1", needs: "", set: turn::spp },
+    Knob { name: "backend", values: BACKENDS, needs: "", set: turn::backend },
+    Knob {
+        name: "integrator",
+        values: "one of: path, direct, direct_uniform, branching",
+        needs: "",
+        set: turn::integrator,
+    },
+    Knob {
+        name: "max_depth",
+        values: "a whole number from 0 (to 32 for integrator `branching`), or -1 for no limit",
+        needs: "only integrators `path` and `branching` have it, and the latter a limit up to 32",
+        set: turn::max_depth,
+    },
+    Knob {
+        name: "branches",
+        values: "a whole number from 1 to 65536",
+        needs: "only integrator `branching` has it",
+        set: turn::branches,
+    },
+    Knob {
+        name: "directions",
+        values: "one of: bsdf, cosine, uniform",
+        needs: "integrator `direct_uniform` has only one way",
+        set: turn::directions,
+    },
+    Knob {
+        name: "strategy",
+        values: "one of: mis_power, mis_balance, bsdf, emitter",
+        needs: PATH_ONLY,
+        set: turn::strategy,
+    },
+    Knob {
+        name: "emitter_choice",
+        values: "one of: uniform, power",
+        needs: PATH_ONLY,
+        set: turn::emitter_choice,
+    },
+    Knob {
+        name: "rr_policy",
+        values: "none, throughput, or fixed:P with a probability P above 0, up to 1",
+        needs: PATH_ONLY,
+        set: turn::rr_policy,
+    },
+    Knob {
+        name: "rr_max_survival",
+        values: "a number above 0, up to 1",
+        needs: "only `rr_policy=throughput` has it",
+        set: turn::rr_max_survival,
+    },
+    Knob {
+        name: "rr_depth",
+        values: "a whole number from 0",
+        needs: "only `rr_policy=throughput` and `rr_policy=fixed:P` have it",
+        set: turn::rr_depth,
+    },
+    Knob { name: "sampler", values: SAMPLERS, needs: "", set: turn::sampler },
+    Knob {
+        name: "filter",
+        values: "box, tent:RADIUS or gaussian:STDDEV, in pixels above 0",
+        needs: "",
+        set: turn::filter,
+    },
+    Knob {
+        name: "threads",
+        values: "a whole number from 1 to 1024",
+        needs: "",
+        set: turn::threads,
+    },
+];
+
+#[cfg(feature = "embree")]
+const BACKENDS: &str = "one of: embree, rust";
+#[cfg(not(feature = "embree"))]
+const BACKENDS: &str = "one of: rust";
+const SAMPLERS: &str = "one of: independent";
+
+/// Names of all knobs: those of [`KNOBS`], then those of the engines' modes.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    let mut names: Vec<_> = KNOBS.iter().map(|k| k.name).collect();
+    for &backend in Backend::AVAILABLE {
+        for (key, _) in Accel::modes(backend) {
+            if !names.contains(&key) {
+                names.push(key);
+            }
+        }
+    }
+    names
+}
+
+impl Setting {
+    /// How the scene itself is rendered by default: with `accel` on `threads` threads.
+    ///
+    /// # Errors
+    /// [`KnobError::NoPicture`].
+    pub fn of(description: &Description, accel: Accel, threads: usize) -> Result<Self, KnobError> {
+        let integrator = match &description.integrator {
+            IntegratorSettings::Aov { picture, .. } => picture.as_deref(),
+            other => Some(other),
+        };
+        Ok(Self {
+            integrator: integrator.cloned().ok_or(KnobError::NoPicture)?,
+            sampler: description.sampler.kind,
+            samples_per_pixel: description.sampler.samples_per_pixel,
+            filter: description.film.filter,
+            accel,
+            threads,
+        })
+    }
+
+    /// Makes `description` one that is rendered in this way, with random numbers of `seed`. Engine and
+    /// threads are no part of it.
+    pub fn apply(&self, description: &mut Description, seed: u64) {
+        description.integrator.clone_from(&self.integrator);
+        description.sampler.kind = self.sampler;
+        description.sampler.samples_per_pixel = self.samples_per_pixel;
+        description.sampler.seed = seed;
+        description.film.filter = self.filter;
+    }
+
+    /// Turns a knob; whether the setting has a use for it.
+    ///
+    /// # Errors
+    /// A knob that there is not, or a value that it cannot have.
+    pub fn turn(&mut self, name: &str, value: &str) -> Result<bool, KnobError> {
+        let Some(knob) = KNOBS.iter().find(|k| k.name == name) else {
+            return self.turn_mode(name, value);
+        };
+        match (knob.set)(self, value) {
+            Turn::Done => Ok(true),
+            Turn::NoUse => Ok(false),
+            Turn::Bad => Err(bad(name, value, knob.values)),
+        }
+    }
+
+    /// A mode of an engine, as a knob. It is of no use to the engines that do not have it.
+    fn turn_mode(&mut self, name: &str, value: &str) -> Result<bool, KnobError> {
+        let mode = Mode { key: name.to_owned(), value: value.to_owned() };
+        let mut known = false;
+        for &backend in Backend::AVAILABLE {
+            match Accel::from(backend).set(&mode) {
+                Ok(()) => known = true,
+                Err(UnknownMode::Value { expected, .. }) => {
+                    return Err(bad(name, value, &format!("one of: {}", expected.join(", "))));
+                }
+                Err(UnknownMode::Key { .. }) => {}
+            }
+        }
+        if !known {
+            return Err(KnobError::Unknown { name: name.to_owned() });
+        }
+        Ok(self.accel.set(&mode).is_ok())
+    }
+}
+
+fn bad(name: &str, value: &str, expected: &str) -> KnobError {
+    KnobError::Value {
+        name: name.to_owned(),
+        value: value.to_owned(),
+        expected: expected.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::settings::{DirectionSampling, PathSettings, Roulette, RoulettePolicy};
+    use crate::scene::tests::description;
+
+    fn setting() -> Setting {
+        Setting::of(&description(), Backend::Rust.into(), 2).expect("a picture")
+    }
+
+    fn path(setting: &Setting) -> PathSettings {
+        match setting.integrator {
+            IntegratorSettings::Path(path) => path,
+            _ => panic!("not the path tracer"),
+        }
+    }
+
+    /// Two values of each knob, on a setting that has a use for it: each changes the setting, and not as the
+    /// other does.
+    #[test]
+    fn every_knob_has_an_effect() {
+        let values = |name: &str| match name {
+            "spp" => ["16", "32"],
+            "backend" => ["rust", "rust"],
+            "integrator" => ["direct_uniform", "branching"],
+            "max_depth" => ["4", "2"],
+            "branches" => ["2", "8"],
+            "directions" => ["cosine", "uniform"],
+            "strategy" => ["emitter", "mis_balance"],
+            "emitter_choice" => ["power", "uniform"],
+            "rr_policy" => ["none", "fixed:0.5"],
+            "rr_max_survival" => ["0.5", "0.25"],
+            "rr_depth" => ["0", "7"],
+            "sampler" => ["independent", "independent"],
+            "filter" => ["tent:1", "gaussian:0.5"],
+            "threads" => ["1", "4"],
+            mode => Accel::modes(Backend::Rust)
+                .iter()
+                .find(|(key, _)| *key == mode)
+                .map_or(["", ""], |(_, values)| [values[0], values[1]]),
+        };
+        for name in names() {
+            let mut base = setting();
+            if name == "branches" {
+                assert_eq!(base.turn("integrator", "branching"), Ok(true));
+            }
+            let [first, second] = values(name);
+            if first.is_empty() {
+                // A mode of the other engine, which this one has no use for.
+                let embree = Accel::modes(Backend::AVAILABLE[0]);
+                let (_, values) = embree.iter().find(|(key, _)| *key == name).expect("a mode");
+                assert_eq!(base.clone().turn(name, values[0]), Ok(false), "{name}");
+                continue;
+            }
+            let turned = |value: &str| {
+                let mut turned = base.clone();
+                assert_eq!(turned.turn(name, value), Ok(true), "{name}={value}");
+                turned
+            };
+            assert!(first == second || turned(first) != turned(second), "{name}");
+        }
+    }
+
+    #[test]
+    fn errors_list_what_is_known() {
+        let mut s = setting();
+        let mut message =
+            |name: &str, value: &str| s.turn(name, value).expect_err("refused").to_string();
+        assert_eq!(
+            message("stratgy", "bsdf"),
+            format!("there is no knob `stratgy` (expected one of: {})", names().join(", "))
+        );
+        assert_eq!(
+            message("strategy", "lights"),
+            "knob `strategy` cannot be `lights` (expected one of: mis_power, mis_balance, bsdf, emitter)"
+        );
+        assert_eq!(
+            message("triangle", "exact"),
+            "knob `triangle` cannot be `exact` (expected one of: watertight, plain)"
+        );
+        for (name, value) in [
+            ("spp", "0"),
+            ("spp", "1.5"),
+            ("max_depth", "-2"),
+            ("branches", "0"),
+            ("rr_policy", "fixed"),
+            ("rr_policy", "fixed:NaN"),
+            ("rr_policy", "fixed:1.01"),
+            ("rr_max_survival", "0"),
+            ("rr_depth", "-1"),
+            ("filter", "tent"),
+            ("filter", "box:1"),
+            ("filter", "gaussian:inf"),
+            ("threads", "1025"),
+            ("integrator", "ao"),
+        ] {
+            assert!(message(name, value).contains("cannot be"), "{name}={value}");
+        }
+    }
+
+    #[test]
+    fn what_integrators_have_in_common_is_kept() {
+        let mut s = setting();
+        for (name, value) in
+            [("max_depth", "3"), ("directions", "cosine"), ("integrator", "branching")]
+        {
+            assert_eq!(s.turn(name, value), Ok(true));
+        }
+        let expected = IntegratorSettings::Branching {
+            branches: 4,
+            max_depth: 3,
+            directions: DirectionSampling::CosineHemisphere,
+            hide_emitters: false,
+        };
+        assert_eq!(s.integrator, expected);
+        assert_eq!(s.turn("strategy", "emitter"), Ok(false));
+        assert_eq!(s.turn("max_depth", "-1"), Ok(false));
+        assert_eq!(s.turn("integrator", "path"), Ok(true));
+        assert_eq!(path(&s).max_depth, Some(3));
+        assert_eq!(path(&s).directions, DirectionSampling::CosineHemisphere);
+    }
+
+    #[test]
+    fn roulette_is_put_together() {
+        let mut s = setting();
+        assert_eq!(s.turn("rr_policy", "fixed:0.5"), Ok(true));
+        let fixed =
+            Roulette { policy: RoulettePolicy::Fixed(0.5), min_depth: 5, max_survival: 1.0 };
+        assert_eq!(path(&s).roulette, fixed);
+        assert_eq!(s.turn("rr_max_survival", "0.5"), Ok(false));
+        assert_eq!(s.turn("rr_policy", "throughput"), Ok(true));
+        assert_eq!(path(&s).roulette, Roulette::default());
+        assert_eq!(s.turn("rr_max_survival", "0.5"), Ok(true));
+        assert_eq!(s.turn("rr_policy", "throughput"), Ok(true));
+        assert_eq!(path(&s).roulette.max_survival, 0.5);
+    }
+}

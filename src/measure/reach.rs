@@ -1,0 +1,102 @@
+//! When series reach an error.
+
+use super::bench::Run;
+use super::plan::BASE;
+use super::statistics::{bootstrap, median};
+use super::summary::{
+    BOOTSTRAP_SEED, Findings, Interval, Series, SlopeVerdict, Summary, UNBIASED_SLOPE,
+};
+
+/// When a series reaches an error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Seconds, with the bootstrap interval over rounds.
+    pub seconds: Interval,
+    /// Samples per pixel that this takes.
+    pub samples_per_pixel: f64,
+    /// Whether that is more than four times the most, or less than a quarter of the least, that was measured.
+    pub extrapolated: bool,
+}
+
+/// All runs of one setting: samples per pixel, then relMSE and seconds of each repetition.
+type Member = (f64, Vec<(f64, f64)>);
+
+impl Findings {
+    /// When a series reaches `target` in relMSE.
+    ///
+    /// With n samples per pixel the relMSE is c·n^−p, where p is 1 unless the series' slope says otherwise.
+    /// c is the mean of relMSE·n^p over all runs, weighted by n, as if all their samples were pooled: the
+    /// error of few runs with heavy tails says little. Time is that of a sample in the run with the most.
+    /// `None` for a series with a setting that is biased.
+    #[must_use]
+    pub fn reach(&self, series: &Series, runs: &[Run], target: f64) -> Option<Reach> {
+        let settings: Vec<&Summary> =
+            self.settings.iter().filter(|s| s.series == series.label).collect();
+        if settings.iter().any(|s| s.bias.is_biased) {
+            return None;
+        }
+        let as_expected = series.verdict == Some(SlopeVerdict::AsExpected);
+        let slope =
+            series.slope.filter(|_| !as_expected).map_or(UNBIASED_SLOPE, |(slope, _)| slope);
+        let power = -2.0 * slope;
+        let members: Vec<Member> = settings
+            .iter()
+            .map(|s| {
+                let own = runs.iter().filter(|r| r.setting == s.setting);
+                let pairs = own.map(|r| (r.metrics.true_rel_mse(), r.seconds)).collect();
+                (f64::from(s.samples_per_pixel), pairs)
+            })
+            .collect();
+        let rounds = members.iter().map(|(_, runs)| runs.len()).min().unwrap_or(0);
+        let all: Vec<usize> = (0..rounds).collect();
+        let samples =
+            |rounds: &[usize]| (constant(&members, rounds, power) / target).powf(1.0 / power);
+        let seconds = |rounds: &[usize]| samples(rounds) * time_per_sample(&members, rounds);
+        let (low, high) = bootstrap(rounds, BOOTSTRAP_SEED, seconds);
+        let seconds = Interval { value: seconds(&all), low, high };
+        let samples_per_pixel = samples(&all);
+        let counts = || members.iter().map(|(n, _)| *n);
+        let least = counts().fold(f64::INFINITY, f64::min);
+        let most = counts().fold(0.0, f64::max);
+        (seconds.value.is_finite() && seconds.value > 0.0).then_some(Reach {
+            seconds,
+            samples_per_pixel,
+            extrapolated: !(0.25 * least..=4.0 * most).contains(&samples_per_pixel),
+        })
+    }
+
+    /// The same of all series, each with its setting of the most samples.
+    #[must_use]
+    pub fn reaches(&self, runs: &[Run], target: f64) -> Vec<(&Summary, Option<Reach>)> {
+        let longest = |series: &Series| {
+            let members = self.settings.iter().filter(|s| s.series == series.label);
+            members.max_by_key(|s| s.samples_per_pixel)
+        };
+        let each = |series| Some((longest(series)?, self.reach(series, runs, target)));
+        self.series.iter().filter_map(each).collect()
+    }
+
+    /// The series of the base.
+    #[must_use]
+    pub fn base_series(&self) -> &str {
+        self.base().map_or(BASE, |b| b.series.as_str())
+    }
+}
+
+/// c of relMSE = c·n^−p.
+fn constant(members: &[Member], rounds: &[usize], power: f64) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (n, runs) in members {
+        for &round in rounds {
+            sum += n * runs[round].0 * n.powf(power);
+            weights += n;
+        }
+    }
+    sum / weights
+}
+
+/// Median time of a sample in the setting with the most.
+fn time_per_sample(members: &[Member], rounds: &[usize]) -> f64 {
+    let longest = members.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    longest.map_or(f64::NAN, |(n, runs)| median(rounds.iter().map(|&round| runs[round].1)) / n)
+}

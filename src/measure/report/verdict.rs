@@ -1,0 +1,118 @@
+//! What an experiment found, in plain sentences.
+
+use super::super::bench::Run;
+use super::super::reach::Reach;
+use super::super::statistics::significance_each;
+use super::super::summary::{Findings, Interval, SIGNIFICANCE, SlopeVerdict, Summary};
+use super::{percent, seconds, significant};
+
+/// The sentences, the most useful first.
+#[must_use]
+pub fn verdict(findings: &Findings, runs: &[Run], target: f64) -> Vec<String> {
+    let mut sentences = vec![reached(findings, runs, target)];
+    sentences.extend(findings.settings.iter().filter(|s| s.bias.is_biased).map(biased));
+    sentences.extend(findings.series.iter().filter_map(|series| {
+        let ((slope, error), verdict) = (series.slope?, series.verdict?);
+        let what = match verdict {
+            SlopeVerdict::AsExpected => "as an unbiased estimator does",
+            SlopeVerdict::Steeper => "faster than independent samples do",
+            SlopeVerdict::Flatter => "more slowly than an unbiased estimator does",
+        };
+        Some(format!(
+            "\"{}\": the error falls as samples to the power {} ± {error:.2}, {what}.",
+            series.label,
+            format!("{slope:.2}").replace('-', "−")
+        ))
+    }));
+    let alike = alike(findings);
+    if !alike.is_empty() {
+        sentences
+            .push(format!("Not told apart from the base in efficiency: {}.", alike.join("; ")));
+    }
+    let lost: u64 = runs.iter().map(|r| r.non_finite_samples).sum();
+    if lost > 0 {
+        sentences.push(format!("Samples that were not finite and are left out: {lost}."));
+    }
+    sentences.push(method(findings));
+    sentences
+}
+
+/// Series that are nowhere told apart from the base.
+fn alike(findings: &Findings) -> Vec<String> {
+    let alike = |s: &Summary| s.compared.is_some_and(|c| !c.differs) && !s.bias.is_biased;
+    let members = |label: &str| {
+        let label = label.to_owned();
+        findings.settings.iter().filter(move |s| s.series == label)
+    };
+    let series = findings.series.iter().filter(|series| members(&series.label).all(alike));
+    series.map(|series| format!("\"{}\"", series.label)).collect()
+}
+
+/// Which series reaches the target first, and what the base needs.
+fn reached(findings: &Findings, runs: &[Run], target: f64) -> String {
+    let reaches = findings.reaches(runs, target);
+    let mut able: Vec<(&Summary, Reach)> =
+        reaches.iter().filter_map(|(s, reach)| Some((*s, (*reach)?))).collect();
+    able.sort_by(|a, b| a.1.seconds.value.total_cmp(&b.1.seconds.value));
+    let what = format!("relMSE {}", significant(target));
+    let Some((best, reach)) = able.first() else {
+        return format!("{what} is not reached: every setting is biased.");
+    };
+    let base_series = findings.base_series();
+    let base = able.iter().find(|(s, _)| s.series == base_series);
+    let mut text = format!(
+        "{what} is reached in {} with {} ({} samples per pixel{})",
+        interval(&reach.seconds),
+        quoted(best),
+        significant(reach.samples_per_pixel),
+        if reach.extrapolated { ", extrapolated" } else { "" }
+    );
+    match base {
+        Some((s, _)) if s.series == best.series => text += "; no setting is faster than the base.",
+        Some((_, reach)) => {
+            text += &format!("; the base needs {}", interval(&reach.seconds));
+            text += if reach.extrapolated { " (extrapolated)." } else { "." };
+        }
+        None => text += "; the base is biased and does not reach it.",
+    }
+    let overlapping = |(s, other): &&(&Summary, Reach)| {
+        s.series != best.series && other.seconds.low <= reach.seconds.high
+    };
+    let as_good: Vec<_> = able.iter().skip(1).filter(overlapping).map(|(s, _)| quoted(s)).collect();
+    if !as_good.is_empty() {
+        text += &format!(" Within the error as fast: {}.", as_good.join("; "));
+    }
+    text
+}
+
+fn biased(s: &Summary) -> String {
+    format!(
+        "\"{}\" is biased: its mean is off by {} ± {} (p = {:.1e}).",
+        s.setting,
+        percent(s.bias.relative),
+        percent((s.bias.error * s.bias.relative / s.bias.value).abs()).trim_start_matches('+'),
+        s.bias.p_value
+    )
+}
+
+/// How the tests were made.
+fn method(findings: &Findings) -> String {
+    let seeds = findings.settings.iter().map(|s| s.runs).min().unwrap_or(0);
+    let tests = findings.settings.len();
+    let level = significance_each(SIGNIFICANCE, tests);
+    format!(
+        "From {seeds} seeds for each setting. A setting is called biased if p < {level:.2e} (Student's t, \
+         Šidák's correction for {tests} settings): in {} % of experiments without bias one is called so by \
+         chance. The same holds for settings that differ from the base (Welch's t), and for slopes. Intervals \
+         hold 95 % (bootstrap over seeds).",
+        SIGNIFICANCE * 100.0
+    )
+}
+
+fn quoted(s: &Summary) -> String {
+    format!("\"{}\"", s.series)
+}
+
+fn interval(i: &Interval) -> String {
+    format!("{} ({} to {})", seconds(i.value), seconds(i.low), seconds(i.high))
+}
