@@ -3,12 +3,12 @@
 mod support;
 
 use std::fs;
-use std::process::{Child, Command};
+use std::process::Command;
 use std::time::Duration;
 
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::Header;
-use support::command::{Folder, PROGRAM, Run, SCENE};
+use support::command::{Endless, Folder, PROGRAM, Run, SCENE};
 
 /// A number or text of an EXR file's metadata.
 fn attribute(header: &Header, name: &str) -> String {
@@ -215,33 +215,6 @@ fn layers_alone_are_refused_as_png_before_rendering() {
     assert_eq!(channels, ["z.T"]);
 }
 
-/// A render without end, which ends with the test if that fails.
-struct Endless(Option<Child>);
-
-impl Drop for Endless {
-    fn drop(&mut self) {
-        if let Some(child) = &mut self.0 {
-            // It may have ended by itself.
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
-impl Endless {
-    /// Sends SIGINT, `delay` after the start, and waits for the end.
-    fn interrupt(mut self, delay: Duration) -> Run {
-        std::thread::sleep(delay);
-        let id = self.0.as_ref().expect("not yet waited for").id();
-        // The shell's own: a small Debian has no program of this name.
-        let kill = format!("kill -INT {id}");
-        let status = Command::new("sh").args(["-c", &kill]).status().expect("a shell is there");
-        assert!(status.success(), "the render had not ended by itself");
-        let child = self.0.take().expect("not yet waited for");
-        child.wait_with_output().expect("it ends").into()
-    }
-}
-
 #[test]
 fn ctrl_c_writes_what_is_there_and_says_so() {
     let folder = Folder::new();
@@ -250,7 +223,7 @@ fn ctrl_c_writes_what_is_there_and_says_so() {
     let delays = [0.5, 2.0, 8.0, 30.0].map(Duration::from_secs_f64);
     let run = delays
         .into_iter()
-        .map(|delay| Endless(Some(folder.spawn(arguments))).interrupt(delay))
+        .map(|delay| Endless::new(folder.spawn(arguments)).interrupt(delay))
         .find(|run| run.code.is_some() && !folder.names().is_empty())
         .expect("half a minute is enough to begin");
     assert_eq!(run.code, Some(130), "{}", run.stderr);

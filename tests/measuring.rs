@@ -5,12 +5,11 @@ mod support;
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use serde_json::Value;
-use support::command::{Folder, SCENE};
+use support::command::{Endless, Folder, SCENE};
 use telamon::intersect::Backend;
 use telamon::load::{LoadOptions, load_text};
 use telamon::measure::bench::{Bench, MemoryProbe, Run, mean_error, render_reference};
@@ -111,7 +110,7 @@ fn unbiased_settings_have_the_slope_of_monte_carlo() {
         let knobs = [vary("strategy", "bsdf,emitter,mis_power"), vary("spp", "1,2,4,8,16,32")];
         candidates(base, &knobs, Design::Grid).expect("valid")
     };
-    let (_, findings) = experiment(choose, 8, 1024);
+    let (_, findings) = experiment(choose, 8, 512);
     assert_eq!(findings.series.len(), 3);
     for series in &findings.series {
         let (slope, _) = series.slope.expect("six points");
@@ -137,7 +136,7 @@ fn a_depth_limit_is_named_as_biased() {
     let choose = |base: &Setting| {
         candidates(base, &[vary("max_depth", "2,4,-1")], Design::Grid).expect("valid")
     };
-    let (_, findings) = experiment(choose, 8, 1024);
+    let (_, findings) = experiment(choose, 8, 512);
     let biased: Vec<_> =
         findings.settings.iter().filter(|s| s.bias.is_biased).map(|s| &s.setting).collect();
     assert_eq!(biased, ["max_depth=2", "max_depth=4"]);
@@ -163,7 +162,7 @@ fn equal_settings_are_not_told_apart() {
         };
         ["1", "2", "3"].map(twin).to_vec()
     };
-    let (runs, findings) = experiment(choose, 8, 512);
+    let (runs, findings) = experiment(choose, 8, 256);
     for setting in &findings.settings {
         assert!(!setting.bias.is_biased, "{setting:?}");
         assert!(setting.compared.is_none_or(|c| !c.differs), "{setting:?}");
@@ -253,12 +252,7 @@ fn ctrl_c_keeps_what_was_measured() {
                    --reference-spp 16 --report out";
     // On a busy machine nothing may have been measured yet.
     for delay in [1.0, 4.0, 16.0, 60.0].map(Duration::from_secs_f64) {
-        let child = folder.spawn(command);
-        std::thread::sleep(delay);
-        let kill = format!("kill -INT {}", child.id());
-        let status = Command::new("sh").args(["-c", &kill]).status().expect("a shell is there");
-        assert!(status.success(), "it had not ended by itself");
-        let run: support::command::Run = child.wait_with_output().expect("it ends").into();
+        let run = Endless::new(folder.spawn(command)).interrupt(delay);
         if run.code == Some(130) && folder.path("out/measurements.json").exists() {
             assert!(count(&folder) > 0);
             return;

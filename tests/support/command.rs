@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
 
 use exr::meta::header::Header;
 
@@ -125,5 +126,36 @@ impl From<Output> for Run {
         assert!(!run.stderr.contains('\x1b'), "no colours where there is no terminal");
         assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
         run
+    }
+}
+
+/// A run without end, which ends with the test if that fails.
+pub(crate) struct Endless(Option<Child>);
+
+impl Drop for Endless {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+impl Endless {
+    pub(crate) fn new(child: Child) -> Self {
+        Self(Some(child))
+    }
+
+    /// Sends SIGINT, `delay` after the start, and waits for the end.
+    pub(crate) fn interrupt(mut self, delay: Duration) -> Run {
+        std::thread::sleep(delay);
+        let id = self.0.as_ref().expect("not yet waited for").id();
+        // The shell's own: a small Debian has no program of this name.
+        let kill = format!("kill -INT {id}");
+        let status = Command::new("sh").args(["-c", &kill]).status().expect("a shell is there");
+        assert!(status.success(), "it had not ended by itself");
+        let child = self.0.take().expect("not yet waited for");
+        child.wait_with_output().expect("it ends").into()
     }
 }
