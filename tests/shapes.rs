@@ -3,6 +3,8 @@
 
 mod support;
 
+use std::f32::consts::{PI, SQRT_2};
+
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3A};
 use support::points;
 use support::rays::trace;
@@ -114,6 +116,90 @@ fn disks_are_those_of_mitsuba() {
     let mirrored = disk(scaled(1.0, 1.0, -1.0), false);
     assert_seen("mirrored in z", &mirrored, &one([0.5, 0.147_584], DOWN));
     assert_seen("flipped", &disk(scaled(1.0, 1.0, 1.0), true), &one([0.5, 0.147_584], DOWN));
+}
+
+/// `si.dp_du` and `si.dp_dv` of Mitsuba 3.9.1 for the same rays; 0 where there is none.
+#[test]
+fn tangents_are_those_of_mitsuba() {
+    let world = Frame { s: Vec3A::X, t: Vec3A::Y, n: Vec3A::Z };
+    let turned = Frame { s: Vec3A::X, t: Vec3A::Z, n: Vec3A::NEG_Y };
+    let sphere = |radius, axes, flip| Sphere::new(Vec3A::ZERO, radius, axes, flip);
+    let disk = Disk::new(scaled(2.0, 3.0, 1.0), false).expect("not singular");
+    let rectangle = |x| primitives::rectangle(scaled(x, 3.0, 1.0), false).0;
+    let cube = primitives::cube(scaled(1.0, 1.0, 1.0), false).0;
+    type Pair = [[f32; 3]; 2];
+    let cases: [(&str, &dyn Shape, Pair, Pair); 9] = [
+        (
+            "rectangle",
+            &rectangle(2.0),
+            [[0.5, 0.25, 3.0], DOWN],
+            [[4.0, 0.0, 0.0], [0.0, 6.0, 0.0]],
+        ),
+        (
+            "mirrored rectangle",
+            &rectangle(-2.0),
+            [[0.5, 0.25, 3.0], DOWN],
+            [[-4.0, 0.0, 0.0], [0.0, 6.0, 0.0]],
+        ),
+        ("cube", &cube, [[3.0, 0.5, 0.25], [-1.0, 0.0, 0.0]], [[0.0, 2.0, 0.0], [0.0, 0.0, -2.0]]),
+        (
+            "sphere",
+            &sphere(2.0, world, false),
+            [[-1.2, 0.0, 3.0], DOWN],
+            [[0.0, -7.539_823, 0.0], [-5.026_548, 0.0, -3.769_912]],
+        ),
+        (
+            "turned sphere",
+            &sphere(1.0, turned, false),
+            [[0.0, 0.6, 3.0], DOWN],
+            [[-5.026_548, 0.0, 0.0], [0.0, 2.513_274, -1.884_956]],
+        ),
+        (
+            "flipped sphere",
+            &sphere(1.0, world, true),
+            [[0.6, 3.0, 0.0], [0.0, -1.0, 0.0]],
+            [[-5.026_548, 3.769_912, 0.0], [0.0, 0.0, -PI]],
+        ),
+        ("pole", &sphere(1.0, world, false), [[0.0, 0.0, 3.0], DOWN], [[0.0; 3], [PI, 0.0, 0.0]]),
+        (
+            "disk",
+            &disk,
+            [[0.6, 0.9, 3.0], DOWN],
+            [[SQRT_2, 2.121_32, 0.0], [-3.769_911, 5.654_867, 0.0]],
+        ),
+        ("centre", &disk, [[0.0, 0.0, 3.0], DOWN], [[0.0; 3]; 2]),
+    ];
+    for (name, shape, [origin, direction], expected) in cases {
+        let ray = Ray::new(origin, direction);
+        let hit = trace(shape, &ray).unwrap_or_else(|| panic!("{name}: missed"));
+        for (found, expected) in shape.tangents(&ray, &hit).into_iter().zip(expected) {
+            let off = (found - Vec3A::from(expected)).length();
+            assert!(off < 5e-6, "{name}: {found}, expected {expected:?}");
+        }
+    }
+}
+
+/// Texture coordinates that are turned, mirrored and stretched; without any, two directions along the
+/// triangle.
+#[test]
+fn tangents_of_meshes_follow_their_texture_coordinates() {
+    let corners = [Vec3A::ZERO, Vec3A::new(2.0, 0.0, 1.0), Vec3A::new(0.0, 3.0, -1.0)];
+    let mesh = |uvs: Vec<Vec2>| {
+        let mesh = TriangleMesh::new(corners.to_vec(), vec![[0, 1, 2]], Vec::new(), uvs);
+        mesh.expect("valid").0
+    };
+    let ray = Ray::new([0.5, 0.5, 5.0], DOWN);
+    let of = |mesh: &TriangleMesh| mesh.tangents(&ray, &trace(mesh, &ray).expect("hit"));
+    let uvs = [Vec2::new(0.25, 0.5), Vec2::new(0.25, 0.0), Vec2::new(0.75, 0.25)];
+    let [du, dv] = of(&mesh(uvs.to_vec()));
+    for (corner, uv) in [(1, uvs[1] - uvs[0]), (2, uvs[2] - uvs[0])] {
+        assert!((du * uv.x + dv * uv.y - corners[corner]).length() < 1e-6);
+    }
+    let normal = corners[1].cross(corners[2]).normalize();
+    for uvs in [Vec::new(), vec![Vec2::ONE; 3]] {
+        let [du, dv] = of(&mesh(uvs));
+        assert!((du.cross(dv) - normal).length() < 1e-6, "{du} {dv}");
+    }
 }
 
 /// The normal of a distant sphere, for a ray taken as exact: the rounding of t moves the point by

@@ -30,6 +30,15 @@ impl Frame {
         }
     }
 
+    /// A frame around the unit vector `n` whose s is the direction of `tangent` in the plane of `n`; any,
+    /// if that has none.
+    #[must_use]
+    pub fn from_normal_and_tangent(n: Vec3A, tangent: Vec3A) -> Self {
+        // The direction first: for a tangent of 1e-20 or 1e20 the square of what is left leaves the range.
+        let s = tangent.try_normalize().and_then(|t| (t - n * n.dot(t)).try_normalize());
+        s.map_or_else(|| Self::from_normal(n), |s| Self { s, t: n.cross(s), n })
+    }
+
     /// World direction to local.
     #[must_use]
     pub fn to_local(&self, v: Vec3A) -> Vec3A {

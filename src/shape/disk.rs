@@ -98,6 +98,14 @@ impl Shape for Disk {
         Vec2::new(Vec2::new(hit.u, hit.v).length(), if turn < 0.0 { turn + 1.0 } else { turn })
     }
 
+    fn tangents(&self, _ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
+        let p = Vec2::new(hit.u, hit.v);
+        // In the centre there is no direction outwards.
+        let outwards = p.try_normalize().unwrap_or(Vec2::ZERO);
+        [outwards, p.perp() * std::f32::consts::TAU]
+            .map(|d| self.to_world.transform_vector3a(d.extend(0.0).into()))
+    }
+
     fn primitive_count(&self) -> usize {
         1
     }

@@ -7,7 +7,7 @@ use super::triangle::{self, Triangle, TrianglePoint};
 use super::{
     Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward, error_offset,
 };
-use crate::math::{Aabb, warp};
+use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
 
 /// Indexed triangles in world space. Counter-clockwise vertices face the viewer.
@@ -183,6 +183,24 @@ impl Shape for TriangleMesh {
         }
         let [t0, t1, t2] = self.triangles[hit.primitive as usize].map(|i| self.uvs[i as usize]);
         t0 * (1.0 - u - v) + t1 * u + t2 * v
+    }
+
+    fn tangents(&self, _ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
+        let primitive = hit.primitive as usize;
+        let [p0, p1, p2] = self.triangles[primitive].map(|i| self.positions[i as usize]);
+        let by_uv = (!self.uvs.is_empty()).then(|| {
+            let [t0, t1, t2] = self.triangles[primitive].map(|i| self.uvs[i as usize].as_dvec2());
+            let (t1, t2) = (t1 - t0, t2 - t0);
+            let (e1, e2) = ((p1 - p0).as_dvec3(), (p2 - p0).as_dvec3());
+            let determinant = t1.perp_dot(t2);
+            [(e1 * t2.y - e2 * t1.y) / determinant, (e2 * t1.x - e1 * t2.x) / determinant]
+                .map(|d| d.as_vec3a())
+        });
+        // Without texture coordinates, or with the same at two corners.
+        by_uv.filter(|[u, v]| u.is_finite() && v.is_finite()).unwrap_or_else(|| {
+            let frame = Frame::from_normal(self.triangle(primitive).normal);
+            [frame.s, frame.t]
+        })
     }
 
     fn primitive_count(&self) -> usize {

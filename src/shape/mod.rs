@@ -54,6 +54,10 @@ pub trait Shape: Debug + Send + Sync {
     /// Texture coordinates at the same point.
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2;
 
+    /// Derivatives of the position after both texture coordinates at the same point, in world space and
+    /// scene units. Where there are none, two directions along the surface.
+    fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2];
+
     /// Number of primitives; at least 1.
     fn primitive_count(&self) -> usize;
 

@@ -110,6 +110,16 @@ impl Shape for Sphere {
         )
     }
 
+    fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
+        let local = self.axes.to_local(self.surface(ray, hit).geometric_normal * self.side);
+        let across = local.truncate().length();
+        // At a pole, the meridian that lies ahead.
+        let azimuth = if across > 0.0 { local.truncate() / across } else { Vec2::X };
+        let dp_du = Vec3A::new(-local.y, local.x, 0.0) * (2.0 * std::f32::consts::PI);
+        let dp_dv = (azimuth * local.z).extend(-across) * std::f32::consts::PI;
+        [dp_du, dp_dv.into()].map(|d| self.axes.to_world(d) * self.radius)
+    }
+
     fn primitive_count(&self) -> usize {
         1
     }
