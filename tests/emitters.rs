@@ -252,7 +252,8 @@ fn directions_inside_a_sphere_follow_their_density() {
     }
     let seen =
         |w: Vec3A| density_seen(&light, shape.as_ref(), from, w).map_or(0.0, |(pdf, _)| pdf.into());
-    let expected: Vec<f64> = grid.integrals(seen).iter().map(|p| p * f64::from(SAMPLES)).collect();
+    let expected: Vec<f64> =
+        grid.integrals(1, seen).iter().map(|p| p * f64::from(SAMPLES)).collect();
     chi_squared(&counts, &expected, 1).unwrap_or_else(|table| panic!("{table}"));
     let uniform = vec![f64::from(SAMPLES) / grid.cells() as f64; grid.cells()];
     assert!(chi_squared(&counts, &uniform, 1).is_err(), "a uniform density would do as well");

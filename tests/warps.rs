@@ -58,7 +58,7 @@ fn direction_counts(map: impl Fn(Vec2) -> Vec3A, seed: u64) -> Vec<u64> {
 }
 
 fn expected(pdf: fn(Vec3A) -> f32, scale: f64) -> Vec<f64> {
-    let integrals = GRID.integrals(|w| f64::from(pdf(w)));
+    let integrals = GRID.integrals(1, |w| f64::from(pdf(w)));
     integrals.into_iter().map(|p| p * scale * f64::from(SAMPLES)).collect()
 }
 
@@ -66,7 +66,7 @@ fn expected(pdf: fn(Vec3A) -> f32, scale: f64) -> Vec<f64> {
 fn directions_follow_their_densities() {
     for (seed, warp) in (1..).zip(&DIRECTION_WARPS) {
         // Four roundings of an f32 density.
-        let total: f64 = GRID.integrals(|w| f64::from((warp.pdf)(w))).iter().sum();
+        let total: f64 = GRID.integrals(1, |w| f64::from((warp.pdf)(w))).iter().sum();
         assert!((total - 1.0).abs() < 4.0 * 6e-8, "{}: integrates to {total}", warp.name);
         chi_squared(
             &direction_counts(warp.map, seed),

@@ -1,8 +1,10 @@
-//! Numbers below everything else: frames, warps of the unit square, discrete distributions, bounds.
+//! Numbers below everything else: frames, warps of the unit square, discrete distributions, bounds,
+//! special functions.
 
 pub mod aabb;
 pub mod discrete;
 pub mod frame;
+pub mod special;
 pub mod warp;
 
 pub use aabb::Aabb;

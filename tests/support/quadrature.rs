@@ -16,6 +16,21 @@ pub(crate) fn integrate(x: [f64; 2], y: [f64; 2], mut f: impl FnMut(f64, f64) ->
     sum
 }
 
+/// `whole`, which the rule says for a rectangle, or better what it says for its parts, halved up to `depth`
+/// times.
+fn adaptive(x: [f64; 2], y: [f64; 2], f: &impl Fn(f64, f64) -> f64, whole: f64, depth: u32) -> f64 {
+    // Half a count in a million samples.
+    const TOLERANCE: f64 = 5e-7;
+    let halves = |[a, b]: [f64; 2]| [[a, 0.5 * (a + b)], [0.5 * (a + b), b]];
+    let parts = halves(x).into_iter().flat_map(|x| halves(y).map(|y| (x, y)));
+    let parts: Vec<_> = parts.map(|(x, y)| (x, y, integrate(x, y, f))).collect();
+    let sum: f64 = parts.iter().map(|p| p.2).sum();
+    if depth == 0 || (sum - whole).abs() <= TOLERANCE {
+        return sum;
+    }
+    parts.into_iter().map(|(x, y, part)| adaptive(x, y, f, part, depth - 1)).sum()
+}
+
 /// Nodes and weights on an interval (Abramowitz and Stegun, 25.4.30).
 fn gauss_legendre([low, high]: [f64; 2]) -> [(f64, f64); 5] {
     let (inner, outer) = (
@@ -52,15 +67,25 @@ impl SphereGrid {
             + fraction(turn, self.columns)
     }
 
-    /// The integral of a density per solid angle over each cell.
-    pub(crate) fn integrals(&self, mut density: impl FnMut(Vec3A) -> f64) -> Vec<f64> {
+    /// The integral of a density per solid angle over each cell; `parts` is the number of parts that
+    /// each is cut into in either direction, so that nothing is overlooked, before those parts are halved
+    /// where the rule says something else for both halves.
+    pub(crate) fn integrals(&self, parts: usize, density: impl Fn(Vec3A) -> f64) -> Vec<f64> {
         let edges = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
+        // In the angle from the pole, because lobes around the pole are narrow in its cosine.
+        let by_angles = |theta: f64, phi: f64| theta.sin() * density(direction(theta.cos(), phi));
         let mut integrals = Vec::with_capacity(self.cells());
         for row in 0..self.rows {
             for column in 0..self.columns {
-                let z = edges(row, self.rows).map(|e| 2.0 * e - 1.0);
+                let [high, low] = edges(row, self.rows).map(|e| (2.0 * e - 1.0).acos());
                 let phi = edges(column, self.columns).map(|e| TAU * e);
-                integrals.push(integrate(z, phi, |z, phi| density(direction(z, phi))));
+                let cut = |[a, b]: [f64; 2], i| edges(i, parts).map(|e| a + e * (b - a));
+                let cells = (0..parts).flat_map(|i| (0..parts).map(move |j| (i, j)));
+                let sum = cells.map(|(i, j)| {
+                    let (theta, phi) = (cut([low, high], i), cut(phi, j));
+                    adaptive(theta, phi, &by_angles, integrate(theta, phi, by_angles), 6)
+                });
+                integrals.push(sum.sum());
             }
         }
         integrals
