@@ -66,3 +66,4 @@ pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod shape;
+pub mod texture;

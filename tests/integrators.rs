@@ -9,7 +9,10 @@ use support::rooms::{
     self, NO_ROULETTE, closed_cube, closed_sphere, furnace, furnace_radiance, object, scene,
 };
 use support::stats::Moments;
-use telamon::bsdf::{Bsdf, Conductor, Dielectric, Diffuse};
+use telamon::bsdf::plastic::Coat;
+use telamon::bsdf::{
+    Blend, Bsdf, Conductor, Dielectric, Diffuse, Mask, Null, Plastic, ThinDielectric, TwoSided,
+};
 use telamon::emitter::{Area, ChoicePolicy, Constant, Emitter};
 use telamon::integrator::{Tracer, build};
 use telamon::intersect::{self, Backend, Intersector};
@@ -162,7 +165,8 @@ fn roulette_keeps_the_mean_and_has_the_variance_of_theory() {
     }
 }
 
-/// A room with one small light, a mirror, glass and grey walls: no closed form, one mean.
+/// A room with one small light, grey walls, a mirror, glass, and materials that have delta lobes beside
+/// others: no closed form, one mean.
 fn varied_room() -> Scene {
     let sphere = |x, y, radius| -> Arc<dyn Shape> {
         Arc::new(Sphere::new(Vec3A::new(x, y, 0.0), radius, Frame::from_normal(Vec3A::Z), false))
@@ -172,15 +176,21 @@ fn varied_room() -> Scene {
         * DAffine3::from_scale(DVec3::splat(0.4));
     let light: Arc<dyn Shape> = Arc::new(primitives::rectangle(at, false).0);
     let emitter = Area::new(Arc::clone(&light), Rgb::splat(10.0)).expect("an area");
+    let grey = |albedo| -> Box<dyn Bsdf> { Box::new(Diffuse::new(Rgb::splat(albedo))) };
+    let plastic = Plastic::new(Coat::new(1.5, 1.0, Rgb::splat(0.7), Rgb::ONE, false));
     let bsdfs: Vec<Box<dyn Bsdf>> = vec![
-        Box::new(Diffuse::new(Rgb::splat(0.6))),
-        Box::new(Conductor::new(None, Rgb::splat(0.9))),
+        grey(0.6),
+        Box::new(Conductor::mirror(Rgb::splat(0.9))),
         Box::new(Dielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
+        Box::new(Mask::new(0.6, Box::new(plastic))),
+        Box::new(Blend::new(0.4, [grey(0.8), Box::new(Conductor::mirror(Rgb::splat(0.9)))])),
     ];
     let objects = vec![
         object(closed_cube(), 0, None),
         object(sphere(-0.6, -0.6, 0.3), 1, None),
         object(sphere(0.6, -0.6, 0.3), 2, None),
+        object(sphere(-0.6, 0.5, 0.3), 3, None),
+        object(sphere(0.6, 0.5, 0.3), 4, None),
         object(light, 0, Some(0)),
     ];
     Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("indices in range")
@@ -219,10 +229,16 @@ fn policies_and_strategies_have_one_mean() {
 /// A white sphere under a white sky vanishes: every path carries exactly 1, whatever it meets.
 #[test]
 fn white_things_vanish_in_a_white_sky() {
-    let materials: [Box<dyn Bsdf>; 3] = [
-        Box::new(Diffuse::new(Rgb::ONE)),
-        Box::new(Conductor::new(None, Rgb::ONE)),
+    let white = || -> Box<dyn Bsdf> { Box::new(Diffuse::new(Rgb::ONE)) };
+    let mirror = || -> Box<dyn Bsdf> { Box::new(Conductor::mirror(Rgb::ONE)) };
+    let materials: [Box<dyn Bsdf>; 7] = [
+        white(),
+        mirror(),
         Box::new(Dielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
+        Box::new(ThinDielectric::new(1.5, 1.0, Rgb::ONE, Rgb::ONE)),
+        Box::new(Null),
+        Box::new(Mask::new(0.5, Box::new(TwoSided::new(white(), None).expect("reflects")))),
+        Box::new(Blend::new(0.3, [white(), mirror()])),
     ];
     for bsdf in materials {
         let name = format!("{bsdf:?}");
@@ -243,6 +259,39 @@ fn white_things_vanish_in_a_white_sky() {
             // Each refraction divides by the squared index and multiplies by it again.
             assert!((value - 1.0).abs() < 1e-5, "{name}: {value}");
         }
+    }
+}
+
+/// What paths pass straight through is not part of the picture; light that they meet behind it is. Mitsuba
+/// 3.9.1 has the same alpha for these materials.
+#[test]
+fn what_is_passed_through_is_transparent() {
+    let mask = |opacity: f32| Mask::new(opacity, Box::new(Diffuse::new(Rgb::ONE)));
+    for (bsdf, sky, hide_emitters, expected) in [
+        (Box::new(Null) as Box<dyn Bsdf>, false, false, 0.0),
+        (Box::new(Null), true, false, 1.0),
+        (Box::new(Null), true, true, 0.0),
+        (Box::new(mask(0.4)), false, false, 0.4),
+        (Box::new(mask(0.4)), true, false, 1.0),
+        (Box::new(mask(0.4)), true, true, 0.4),
+    ] {
+        let name = format!("{bsdf:?} {sky} {hide_emitters}");
+        let emitters: Vec<Box<dyn Emitter>> =
+            if sky { vec![Box::new(Constant::new(Rgb::ONE))] } else { Vec::new() };
+        let wall = primitives::rectangle(DAffine3::IDENTITY, false).0;
+        let objects = vec![object(Arc::new(wall), 0, None)];
+        let scene = Scene::new(objects, vec![bsdf], emitters, sky.then_some(0)).expect("valid");
+        let engine = engine(&scene, Backend::default());
+        let settings = path(PathSettings { hide_emitters, ..PathSettings::default() });
+        let (integrator, _) = build(&settings, &scene);
+        let integrator = integrator.expect("makes a picture");
+        let (sampler, mut tracer) = (Independent::new(5), Tracer::new(&scene, engine.as_ref()));
+        let alphas = (0..10_000).map(|i| {
+            let ray = Ray::new(Vec3A::new(0.1, 0.2, 3.0), Vec3A::NEG_Z);
+            let mut numbers = PathSampler::new(&sampler, i, 0);
+            f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).alpha)
+        });
+        Moments::of(alphas).has_mean(expected, 6).unwrap_or_else(|told| panic!("{name}: {told}"));
     }
 }
 

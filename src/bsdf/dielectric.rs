@@ -2,16 +2,43 @@
 
 use glam::{Vec2, Vec3A};
 
-use super::{Bsdf, BsdfSample, fresnel};
+use super::{Bsdf, BsdfSample, Flags, Lobe, Place, fresnel};
 use crate::math::Rgb;
+use crate::texture::Textured;
 
 /// Specular reflection and refraction at the interface of two dielectrics.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Dielectric {
     /// Index inside (side of −z) over index outside.
     eta: f32,
-    specular_reflectance: Rgb,
-    specular_transmittance: Rgb,
+    factors: Factors,
+}
+
+/// Factors of what an interface reflects and transmits.
+#[derive(Clone, Debug)]
+pub(super) struct Factors {
+    pub(super) reflectance: Textured<Rgb>,
+    pub(super) transmittance: Textured<Rgb>,
+}
+
+impl Factors {
+    pub(super) fn new(
+        reflectance: impl Into<Textured<Rgb>>,
+        transmittance: impl Into<Textured<Rgb>>,
+    ) -> Self {
+        Self { reflectance: reflectance.into(), transmittance: transmittance.into() }
+    }
+
+    /// Those of a material with these factors.
+    pub(super) fn flags(&self, flags: Flags) -> Flags {
+        flags.textured(&self.reflectance).textured(&self.transmittance)
+    }
+
+    /// What is scattered where the fraction `reflected` is reflected and the rest transmitted.
+    pub(super) fn albedo(&self, place: &Place, reflected: f32) -> Rgb {
+        self.reflectance.at(place.uv) * reflected
+            + self.transmittance.at(place.uv) * (1.0 - reflected)
+    }
 }
 
 impl Dielectric {
@@ -21,25 +48,28 @@ impl Dielectric {
     pub fn new(
         int_ior: f32,
         ext_ior: f32,
-        specular_reflectance: Rgb,
-        specular_transmittance: Rgb,
+        specular_reflectance: impl Into<Textured<Rgb>>,
+        specular_transmittance: impl Into<Textured<Rgb>>,
     ) -> Self {
-        Self { eta: int_ior / ext_ior, specular_reflectance, specular_transmittance }
+        Self {
+            eta: int_ior / ext_ior,
+            factors: Factors::new(specular_reflectance, specular_transmittance),
+        }
     }
 }
 
 impl Bsdf for Dielectric {
-    fn eval(&self, _wi: Vec3A, _wo: Vec3A) -> Rgb {
+    fn eval(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> Rgb {
         Rgb::ZERO
     }
 
-    fn pdf(&self, _wi: Vec3A, _wo: Vec3A) -> f32 {
+    fn pdf(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> f32 {
         0.0
     }
 
     /// Chooses between the two in proportion to what they carry, so that the Fresnel term leaves the
     /// weight.
-    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         if wi.z == 0.0 {
             return None;
         }
@@ -47,9 +77,9 @@ impl Bsdf for Dielectric {
         if u.x < f.reflectance {
             return Some(BsdfSample {
                 wo: Vec3A::new(-wi.x, -wi.y, wi.z),
-                weight: self.specular_reflectance,
+                weight: self.factors.reflectance.at(place.uv),
                 pdf: f.reflectance,
-                delta: true,
+                lobe: Lobe::Delta,
                 eta: 1.0,
             });
         }
@@ -57,23 +87,19 @@ impl Bsdf for Dielectric {
         Some(BsdfSample {
             wo,
             // Radiance is squeezed into a smaller cone on the denser side (Veach 1997, section 5.2).
-            weight: self.specular_transmittance / (f.eta * f.eta),
+            weight: self.factors.transmittance.at(place.uv) / (f.eta * f.eta),
             pdf: 1.0 - f.reflectance,
-            delta: true,
+            lobe: Lobe::Delta,
             eta: f.eta,
         })
     }
 
-    fn is_delta(&self) -> bool {
-        true
+    fn flags(&self) -> Flags {
+        self.factors.flags(Flags::DELTA.transmitting())
     }
 
-    fn transmits(&self) -> bool {
-        true
-    }
-
-    fn albedo(&self, wi: Vec3A) -> Rgb {
+    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         let reflected = fresnel::dielectric(wi.z, self.eta).reflectance;
-        self.specular_reflectance * reflected + self.specular_transmittance * (1.0 - reflected)
+        self.factors.albedo(place, reflected)
     }
 }

@@ -4,54 +4,55 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::{Vec2, Vec3A};
 
-use super::{Bsdf, BsdfSample};
+use super::{Bsdf, BsdfSample, Flags, Lobe, Place};
 use crate::math::{Rgb, warp};
+use crate::texture::Textured;
 
 /// Lambert's law: f = reflectance/π on the side of the normal, nothing on the other side.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Diffuse {
-    reflectance: Rgb,
+    reflectance: Textured<Rgb>,
 }
 
 impl Diffuse {
     /// `reflectance` in `[0, 1]` per channel.
     #[must_use]
-    pub fn new(reflectance: Rgb) -> Self {
-        Self { reflectance }
+    pub fn new(reflectance: impl Into<Textured<Rgb>>) -> Self {
+        Self { reflectance: reflectance.into() }
     }
 }
 
 impl Bsdf for Diffuse {
-    fn eval(&self, wi: Vec3A, wo: Vec3A) -> Rgb {
-        if wi.z > 0.0 && wo.z > 0.0 { self.reflectance * (FRAC_1_PI * wo.z) } else { Rgb::ZERO }
+    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
+        if wi.z > 0.0 && wo.z > 0.0 {
+            self.reflectance.at(place.uv) * (FRAC_1_PI * wo.z)
+        } else {
+            Rgb::ZERO
+        }
     }
 
-    fn pdf(&self, wi: Vec3A, wo: Vec3A) -> f32 {
+    fn pdf(&self, _place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
         if wi.z > 0.0 { warp::square_to_cosine_hemisphere_pdf(wo) } else { 0.0 }
     }
 
-    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         let wo = warp::square_to_cosine_hemisphere(u);
         let pdf = warp::square_to_cosine_hemisphere_pdf(wo);
         // The cosine and π cancel in the weight.
-        (wi.z > 0.0 && pdf > 0.0).then_some(BsdfSample {
+        (wi.z > 0.0 && pdf > 0.0).then(|| BsdfSample {
             wo,
-            weight: self.reflectance,
+            weight: self.reflectance.at(place.uv),
             pdf,
-            delta: false,
+            lobe: Lobe::Smooth,
             eta: 1.0,
         })
     }
 
-    fn is_delta(&self) -> bool {
-        false
+    fn flags(&self) -> Flags {
+        Flags::SMOOTH.textured(&self.reflectance)
     }
 
-    fn transmits(&self) -> bool {
-        false
-    }
-
-    fn albedo(&self, wi: Vec3A) -> Rgb {
-        if wi.z > 0.0 { self.reflectance } else { Rgb::ZERO }
+    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+        if wi.z > 0.0 { self.reflectance.at(place.uv) } else { Rgb::ZERO }
     }
 }

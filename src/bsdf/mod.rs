@@ -5,47 +5,118 @@ use std::fmt::Debug;
 use glam::{Vec2, Vec3A};
 
 use crate::math::{Rgb, type_word};
+use crate::texture::Textured;
 
+pub mod blend;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
 pub mod fresnel;
+pub mod mask;
+pub mod microfacet;
+pub mod null;
+pub mod perturbed;
+pub mod place;
+pub mod plastic;
+pub mod rough_conductor;
+pub mod rough_dielectric;
+pub mod rough_plastic;
+pub mod thin_dielectric;
 pub mod twosided;
 
+pub use blend::Blend;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use mask::Mask;
+pub use null::Null;
+pub use perturbed::Perturbed;
+pub use place::{Needs, Place};
+pub use plastic::Plastic;
+pub use rough_conductor::RoughConductor;
+pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::RoughPlastic;
+pub use thin_dielectric::ThinDielectric;
 pub use twosided::TwoSided;
 
 /// A bidirectional scattering distribution function.
 ///
 /// `wi` points to where the path came from, `wo` to where it goes: unit vectors, both away from the
-/// surface, in a local frame whose z is the shading normal. Values are per channel, linear sRGB.
+/// surface, in a local frame whose z is the shading normal. `place` says where on the surface the
+/// material is asked, as far as its [`Flags::needs`] go. Values are per channel, linear sRGB.
 pub trait Bsdf: Debug + Send + Sync {
     /// f(wi, wo)·|cosθₒ| in sr⁻¹. A delta lobe evaluates to 0.
-    fn eval(&self, wi: Vec3A, wo: Vec3A) -> Rgb;
+    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb;
 
     /// Density with which [`Bsdf::sample`] returns `wo`, in sr⁻¹. A delta lobe has density 0. Integrates
     /// over all `wo` to the probability that `sample` returns a direction of a non-delta lobe.
-    fn pdf(&self, wi: Vec3A, wo: Vec3A) -> f32;
+    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32;
 
     /// A direction for the path to go on, chosen by `u` in `[0, 1)²`. `None` where the surface
     /// absorbs, or cannot be seen from `wi`.
-    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample>;
+    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample>;
 
-    /// Whether all lobes are delta lobes, so that only [`Bsdf::sample`] finds light.
-    fn is_delta(&self) -> bool;
+    /// What holds of the material everywhere.
+    fn flags(&self) -> Flags;
 
-    /// Whether light passes to the other side.
-    fn transmits(&self) -> bool;
-
-    /// The fraction of light from `wi` that is scattered, as shown in an albedo layer; exact where a
-    /// closed form exists.
-    fn albedo(&self, wi: Vec3A) -> Rgb;
+    /// The fraction of light from `wi` that is scattered, as shown in an albedo layer. Exact where a
+    /// closed form exists; a rough interface counts as a smooth one.
+    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb;
 
     /// Name of the material's type, for reports.
     fn kind(&self) -> &'static str {
         type_word::<Self>()
+    }
+}
+
+/// What holds of a material everywhere on it and for all directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Flags {
+    /// Whether it has lobes that shadow rays can find light for: lobes that are no delta lobes.
+    pub smooth: bool,
+    /// Whether it has delta lobes, for which only [`Bsdf::sample`] finds light.
+    pub delta: bool,
+    /// Whether light passes to the other side.
+    pub transmits: bool,
+    /// What it has to be told of the place.
+    pub needs: Needs,
+}
+
+impl Flags {
+    /// Reflection without delta lobes.
+    pub const SMOOTH: Self =
+        Self { smooth: true, delta: false, transmits: false, needs: Needs::Nothing };
+    /// Reflection by a delta lobe alone.
+    pub const DELTA: Self =
+        Self { smooth: false, delta: true, transmits: false, needs: Needs::Nothing };
+
+    /// The same and transmission.
+    #[must_use]
+    pub const fn transmitting(self) -> Self {
+        Self { transmits: true, ..self }
+    }
+
+    /// The same for a material that has to be told more.
+    #[must_use]
+    pub fn needing(self, needs: Needs) -> Self {
+        Self { needs: self.needs.max(needs), ..self }
+    }
+
+    /// The same for a material that has this quantity.
+    #[must_use]
+    pub fn textured<T>(self, quantity: &Textured<T>) -> Self {
+        if quantity.varies() { self.needing(Needs::TextureCoordinates) } else { self }
+    }
+
+    /// Those of a material that has the lobes of both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            smooth: self.smooth || other.smooth,
+            delta: self.delta || other.delta,
+            transmits: self.transmits || other.transmits,
+            needs: self.needs.max(other.needs),
+        }
     }
 }
 
@@ -58,9 +129,44 @@ pub struct BsdfSample {
     pub weight: Rgb,
     /// Density per solid angle; for a delta lobe, its discrete probability.
     pub pdf: f32,
-    /// Whether `wo` comes from a delta lobe.
-    pub delta: bool,
+    /// What `wo` comes from.
+    pub lobe: Lobe,
     /// Refractive index of the side of `wo` over that of the side of `wi`; 1 unless refracted.
     /// Radiance is scaled by its inverse square, which Russian roulette has to undo.
     pub eta: f32,
+}
+
+/// What a sampled direction comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lobe {
+    /// A lobe with a density.
+    Smooth,
+    /// A delta lobe.
+    Delta,
+    /// The delta lobe of light that goes straight on, as if nothing were there.
+    Null,
+}
+
+impl Lobe {
+    /// Whether `wo` has no density, so that no other technique can choose it.
+    #[must_use]
+    pub fn is_delta(self) -> bool {
+        self != Self::Smooth
+    }
+}
+
+/// `wi` reflected by a mirror with the unit normal `m`. `None` where rounding leaves nothing.
+pub(crate) fn reflect(wi: Vec3A, m: Vec3A) -> Option<Vec3A> {
+    (m * (2.0 * wi.dot(m)) - wi).try_normalize()
+}
+
+/// Chooses the first of two lobes with probability `p`: whether it is the first, and a number in `[0, 1)`
+/// that is independent of the choice.
+pub(crate) fn choose(p: f32, u: f32) -> (bool, f32) {
+    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+    if u < p {
+        (true, (u / p).min(BELOW_ONE))
+    } else {
+        (false, ((u - p) / (1.0 - p)).min(BELOW_ONE))
+    }
 }

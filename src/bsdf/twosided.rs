@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3A};
 
-use super::{Bsdf, BsdfSample};
+use super::{Bsdf, BsdfSample, Flags, Place};
 use crate::math::Rgb;
 
 /// One reflecting material on the side of the normal, one (perhaps the same) on the other.
@@ -11,14 +11,15 @@ pub struct TwoSided {
     front: Box<dyn Bsdf>,
     /// `None`: the front material on both sides.
     back: Option<Box<dyn Bsdf>>,
+    flags: Flags,
 }
 
 impl TwoSided {
     /// `None` if one of them transmits: light that passes through cannot be given to two materials.
     #[must_use]
     pub fn new(front: Box<dyn Bsdf>, back: Option<Box<dyn Bsdf>>) -> Option<Self> {
-        let transmits = front.transmits() || back.as_ref().is_some_and(|b| b.transmits());
-        (!transmits).then_some(Self { front, back })
+        let flags = back.iter().fold(front.flags(), |all, back| all.union(back.flags()));
+        (!flags.transmits).then_some(Self { front, back, flags })
     }
 
     /// The material on the side of `w`, and the factor for z that makes it a front side.
@@ -32,31 +33,27 @@ impl TwoSided {
 }
 
 impl Bsdf for TwoSided {
-    fn eval(&self, wi: Vec3A, wo: Vec3A) -> Rgb {
+    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
         let (bsdf, mirror) = self.side(wi);
-        bsdf.eval(wi * mirror, wo * mirror)
+        bsdf.eval(place, wi * mirror, wo * mirror)
     }
 
-    fn pdf(&self, wi: Vec3A, wo: Vec3A) -> f32 {
+    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
         let (bsdf, mirror) = self.side(wi);
-        bsdf.pdf(wi * mirror, wo * mirror)
+        bsdf.pdf(place, wi * mirror, wo * mirror)
     }
 
-    fn sample(&self, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
         let (bsdf, mirror) = self.side(wi);
-        bsdf.sample(wi * mirror, u).map(|s| BsdfSample { wo: s.wo * mirror, ..s })
+        bsdf.sample(place, wi * mirror, u).map(|s| BsdfSample { wo: s.wo * mirror, ..s })
     }
 
-    fn is_delta(&self) -> bool {
-        self.front.is_delta() && self.back.as_ref().is_none_or(|b| b.is_delta())
+    fn flags(&self) -> Flags {
+        self.flags
     }
 
-    fn transmits(&self) -> bool {
-        false
-    }
-
-    fn albedo(&self, wi: Vec3A) -> Rgb {
+    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         let (bsdf, mirror) = self.side(wi);
-        bsdf.albedo(wi * mirror)
+        bsdf.albedo(place, wi * mirror)
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3A};
 
+use super::tracer::Shading;
 use super::{Tracer, Vertex};
 use crate::ray::Ray;
 use crate::scene::settings::{AovKind, AovLayer};
@@ -60,7 +61,7 @@ fn triple(kind: AovKind, vertex: &Vertex<'_>, ray: &Ray) -> Vec3A {
         AovKind::Position => vertex.surface.position,
         AovKind::GeometricNormal => vertex.surface.geometric_normal,
         AovKind::ShadingNormal => vertex.surface.shading_normal,
-        AovKind::Albedo => vertex.bsdf.albedo(vertex.surface.frame().to_local(-ray.direction)),
+        AovKind::Albedo => Shading::new(vertex, ray).albedo(),
         AovKind::Depth | AovKind::Uv | AovKind::ShapeIndex | AovKind::PrimitiveIndex => {
             unreachable!("has one or two components")
         }

@@ -2,22 +2,55 @@
 
 use glam::{Vec2, Vec3A};
 
-use crate::bsdf::{Bsdf, BsdfSample};
+use super::tracer::Shading;
+use crate::bsdf::{Bsdf, BsdfSample, Flags, Lobe, Place};
 use crate::math::warp;
 use crate::scene::settings::DirectionSampling;
 
 impl DirectionSampling {
-    /// A direction to go on from `wi`; see [`Bsdf::sample`], which is asked where this is
-    /// [`DirectionSampling::Bsdf`] and for ideal mirrors and glass, that no hemisphere would find.
-    pub(super) fn sample(self, bsdf: &dyn Bsdf, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+    /// A direction to go on; see [`Bsdf::sample`], which is asked where this is [`DirectionSampling::Bsdf`]
+    /// and for all materials with delta lobes, that no hemisphere would find.
+    // Inlined, so that the shading need not be in memory.
+    #[inline(always)]
+    pub(super) fn sample(self, shading: &Shading<'_>, u: Vec2) -> Option<BsdfSample> {
+        let Shading { bsdf, flags, wi, .. } = *shading;
+        match self.unless_delta(flags) {
+            Self::Bsdf => bsdf.sample(&shading.place, wi, u),
+            hemisphere => hemisphere.sample_hemisphere(bsdf, flags, &shading.place, wi, u),
+        }
+    }
+
+    /// Density with which [`DirectionSampling::sample`] chooses `wo`, in sr⁻¹.
+    #[inline(always)]
+    pub(super) fn pdf(self, shading: &Shading<'_>, wo: Vec3A) -> f32 {
+        match self.unless_delta(shading.flags) {
+            Self::Bsdf => shading.bsdf.pdf(&shading.place, shading.wi, wo),
+            hemisphere if shading.flags.transmits => 0.5 * hemisphere.hemisphere_pdf(wo),
+            hemisphere if shading.wi.z * wo.z > 0.0 => hemisphere.hemisphere_pdf(wo),
+            _ => 0.0,
+        }
+    }
+
+    /// The technique that is used for a material.
+    fn unless_delta(self, flags: Flags) -> Self {
+        if flags.delta { Self::Bsdf } else { self }
+    }
+
+    #[inline(never)]
+    fn sample_hemisphere(
+        self,
+        bsdf: &dyn Bsdf,
+        flags: Flags,
+        place: &Place,
+        wi: Vec3A,
+        u: Vec2,
+    ) -> Option<BsdfSample> {
         let warp = match self {
-            Self::Bsdf => return bsdf.sample(wi, u),
-            _ if bsdf.is_delta() => return bsdf.sample(wi, u),
-            Self::CosineHemisphere => warp::square_to_cosine_hemisphere,
             Self::UniformHemisphere => warp::square_to_uniform_hemisphere,
+            Self::Bsdf | Self::CosineHemisphere => warp::square_to_cosine_hemisphere,
         };
         let (mut wo, mut choice) = (warp(u), 1.0);
-        if bsdf.transmits() {
+        if flags.transmits {
             // Both hemispheres, one half of the numbers each.
             choice = 0.5;
             wo = warp(Vec2::new((2.0 * u.x).fract(), u.y));
@@ -27,22 +60,11 @@ impl DirectionSampling {
         let pdf = self.hemisphere_pdf(wo) * choice;
         (pdf > 0.0).then(|| BsdfSample {
             wo,
-            weight: bsdf.eval(wi, wo) / pdf,
+            weight: bsdf.eval(place, wi, wo) / pdf,
             pdf,
-            delta: false,
+            lobe: Lobe::Smooth,
             eta: 1.0,
         })
-    }
-
-    /// Density with which [`DirectionSampling::sample`] chooses `wo`, in sr⁻¹.
-    pub(super) fn pdf(self, bsdf: &dyn Bsdf, wi: Vec3A, wo: Vec3A) -> f32 {
-        match self {
-            Self::Bsdf => bsdf.pdf(wi, wo),
-            _ if bsdf.is_delta() => 0.0,
-            _ if bsdf.transmits() => 0.5 * self.hemisphere_pdf(wo),
-            _ if wi.z * wo.z > 0.0 => self.hemisphere_pdf(wo),
-            _ => 0.0,
-        }
     }
 
     /// Density in the hemisphere of `wo`.

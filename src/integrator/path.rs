@@ -4,6 +4,7 @@ use glam::Vec3A;
 
 use super::tracer::{Shading, sight};
 use super::{Estimate, Integrator, Tracer, Vertex};
+use crate::bsdf::Lobe;
 use crate::emitter::EmitterChoice;
 use crate::math::Rgb;
 use crate::ray::Ray;
@@ -87,7 +88,7 @@ impl Path {
         }
         let weight = match self.settings.strategy {
             Strategy::Mis(heuristic) if light.pdf > 0.0 => {
-                let other = self.settings.directions.pdf(shading.bsdf(), shading.wi, wo);
+                let other = self.settings.directions.pdf(shading, wo);
                 heuristic.weight(probability * light.pdf, other)
             }
             _ => 1.0,
@@ -108,6 +109,8 @@ impl Integrator for Path {
         let mut throughput = Rgb::ONE;
         // Product of the relative indices that the path was refracted by.
         let mut eta = 1.0;
+        // Whether the path has met nothing that it did not pass straight through.
+        let mut unscattered = true;
 
         let (mut vertex, mut estimate) = tracer.camera_vertex(&mut ray, s.hide_emitters);
         for edges in 1.. {
@@ -118,22 +121,23 @@ impl Integrator for Path {
             let shading = Shading::new(here, &ray);
 
             // One more edge straight to an emitter.
-            if s.strategy != Strategy::Bsdf && !here.bsdf.is_delta() {
+            if s.strategy != Strategy::Bsdf && shading.flags.smooth {
                 estimate.radiance += throughput * self.next_event(tracer, here, &shading, sampler);
             }
 
             // The direction in which the path goes on.
             let u = sampler.next_2d();
-            let Some(sample) = s.directions.sample(shading.bsdf(), shading.wi, u) else {
+            let Some(sample) = s.directions.sample(&shading, u) else {
                 break;
             };
             let direction = shading.onward(&sample);
             if !shading.sides_agree(sample.wo, direction) {
                 break;
             }
+            unscattered &= sample.lobe == Lobe::Null;
             throughput *= sample.weight;
             eta *= sample.eta;
-            let edge = if sample.delta {
+            let edge = if sample.lobe.is_delta() {
                 LastEdge::Forced
             } else {
                 LastEdge::Chosen { from: here.surface.position, pdf: sample.pdf }
@@ -152,6 +156,9 @@ impl Integrator for Path {
             };
             throughput *= factor;
             vertex = tracer.closest_vertex(&ray);
+            if unscattered && vertex.is_none() {
+                estimate.alpha = if s.hide_emitters { 0.0 } else { tracer.background_alpha() };
+            }
 
             // Light that is seen at the end of the new edge.
             estimate.radiance += throughput * self.emitted(tracer, &ray, vertex.as_ref(), edge);

@@ -3,7 +3,7 @@
 use glam::Vec3A;
 
 use super::Estimate;
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place};
 use crate::emitter::{Emitter, EmitterSample, Sight};
 use crate::intersect::Intersector;
 use crate::math::{Frame, Rgb};
@@ -63,6 +63,37 @@ pub struct Vertex<'a> {
     pub bsdf: &'a dyn Bsdf,
 }
 
+impl Vertex<'_> {
+    /// A local frame around the shading normal, and the place as far as a material needs it. With
+    /// tangents x is the direction in which the first texture coordinate grows.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
+    fn frame_and_place(&self, needs: Needs, ray: &Ray) -> (Frame, Place) {
+        match needs {
+            Needs::Nothing => (self.surface.frame(), Place::default()),
+            Needs::TextureCoordinates => {
+                let uv = self.object.shape.uv(ray, &self.hit);
+                (self.surface.frame(), Place { uv, ..Place::default() })
+            }
+            Needs::Tangents => self.frame_and_tangents(ray),
+        }
+    }
+
+    #[inline(never)]
+    fn frame_and_tangents(&self, ray: &Ray) -> (Frame, Place) {
+        let shape = self.object.shape.as_ref();
+        let [dp_du, dp_dv] = shape.tangents(ray, &self.hit);
+        let frame = Frame::from_normal_and_tangent(self.surface.shading_normal, dp_du);
+        let place = Place {
+            uv: shape.uv(ray, &self.hit),
+            dp_du: frame.to_local(dp_du),
+            dp_dv: frame.to_local(dp_dv),
+            geometric_normal: frame.to_local(self.surface.geometric_normal),
+        };
+        (frame, place)
+    }
+}
+
 impl<'a> Tracer<'a> {
     /// `engine` must have been built over the shapes of `scene`.
     #[must_use]
@@ -103,8 +134,8 @@ impl<'a> Tracer<'a> {
             let vertex = self.closest_vertex(ray);
             if !hide_emitters {
                 let radiance = self.emitted(ray, vertex.as_ref());
-                let seen = vertex.is_some() || self.scene.environment().is_some();
-                return (vertex, Estimate { radiance, alpha: f32::from(u8::from(seen)) });
+                let alpha = if vertex.is_some() { 1.0 } else { self.background_alpha() };
+                return (vertex, Estimate { radiance, alpha });
             }
             match vertex {
                 Some(ref v) if v.object.emitter.is_some() => {
@@ -114,6 +145,11 @@ impl<'a> Tracer<'a> {
                 None => return (None, Estimate::default()),
             }
         }
+    }
+
+    /// 1 if there is an environment to be seen behind all surfaces, else 0.
+    pub(super) fn background_alpha(&self) -> f32 {
+        f32::from(u8::from(self.scene.environment().is_some()))
     }
 
     /// Whether nothing lies between a surface and the light that `sample` chose.
@@ -172,7 +208,9 @@ pub(super) fn sight<'v>(
 /// normal decides what is a reflection.
 #[derive(Debug)]
 pub(super) struct Shading<'a> {
-    bsdf: &'a dyn Bsdf,
+    pub(super) bsdf: &'a dyn Bsdf,
+    pub(super) flags: Flags,
+    pub(super) place: Place,
     frame: Frame,
     geometric_normal: Vec3A,
     /// Where the path came from, local.
@@ -182,11 +220,16 @@ pub(super) struct Shading<'a> {
 }
 
 impl<'a> Shading<'a> {
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
     pub(super) fn new(vertex: &Vertex<'a>, ray: &Ray) -> Self {
-        let frame = vertex.surface.frame();
         let geometric_normal = vertex.surface.geometric_normal;
+        let flags = vertex.bsdf.flags();
+        let (frame, place) = vertex.frame_and_place(flags.needs, ray);
         Self {
             bsdf: vertex.bsdf,
+            flags,
+            place,
             frame,
             geometric_normal,
             wi: frame.to_local(-ray.direction),
@@ -194,8 +237,9 @@ impl<'a> Shading<'a> {
         }
     }
 
-    pub(super) fn bsdf(&self) -> &'a dyn Bsdf {
-        self.bsdf
+    /// See [`Bsdf::albedo`].
+    pub(super) fn albedo(&self) -> Rgb {
+        self.bsdf.albedo(&self.place, self.wi)
     }
 
     /// A direction for the path to go on, in the world, with the weight f·|cosθ|/pdf. `None` where it
@@ -205,7 +249,7 @@ impl<'a> Shading<'a> {
         directions: DirectionSampling,
         sampler: &mut PathSampler<'_>,
     ) -> Option<(Vec3A, Rgb)> {
-        let sample = directions.sample(self.bsdf, self.wi, sampler.next_2d())?;
+        let sample = directions.sample(self, sampler.next_2d())?;
         let direction = self.onward(&sample);
         self.sides_agree(sample.wo, direction).then_some((direction, sample.weight))
     }
@@ -218,7 +262,7 @@ impl<'a> Shading<'a> {
     /// length would drift, by 1e-4 in ten thousand bounces.
     pub(super) fn onward(&self, sample: &BsdfSample) -> Vec3A {
         let direction = self.frame.to_world(sample.wo);
-        if sample.delta { direction.normalize() } else { direction }
+        if sample.lobe.is_delta() { direction.normalize() } else { direction }
     }
 
     /// Whether the shading normal and the geometric normal agree on which side of the surface `wo` is
@@ -233,6 +277,10 @@ impl<'a> Shading<'a> {
 
     /// f·|cosθ| towards a world direction; 0 where the normals disagree about the side.
     pub(super) fn eval(&self, wo: Vec3A, wo_world: Vec3A) -> Rgb {
-        if self.sides_agree(wo, wo_world) { self.bsdf.eval(self.wi, wo) } else { Rgb::ZERO }
+        if self.sides_agree(wo, wo_world) {
+            self.bsdf.eval(&self.place, self.wi, wo)
+        } else {
+            Rgb::ZERO
+        }
     }
 }

@@ -9,7 +9,7 @@ use super::emitter::Light;
 use super::graph::Graph;
 use super::plugins::{Build, Category};
 use super::problem::Issue;
-use super::properties::Object;
+use super::properties::{Context, Object};
 use super::shape::BuiltShape;
 use super::{bsdf, emitter, film, integrator, precision, sampler, shape};
 use crate::bsdf::{Bsdf, Diffuse};
@@ -30,12 +30,27 @@ pub(super) struct Notes {
 
 /// The description of a graph that passed the check; `None` if issues were noted.
 pub(super) fn assemble(graph: &Graph, sources: &Sources, notes: &mut Notes) -> Option<Description> {
+    let context = Context::new(graph, sources);
+    let description = describe(graph, &context, notes);
+    notes.warnings.append(&mut context.into_warnings());
+    description
+}
+
+fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> Option<Description> {
     let root = graph.nodes.first()?;
     let top: Vec<Object<'_>> =
-        root.children.iter().filter_map(|c| Object::new(graph, sources, c.node)).collect();
+        root.children.iter().filter_map(|c| Object::new(context, c.node)).collect();
     let of = |category| -> Vec<Object<'_>> {
         top.iter().filter(|o| o.plugin().category() == category).copied().collect()
     };
+    // Images take the longest; each that is named twice is decoded once.
+    let textures = context.objects().filter(|o| o.plugin().category() == Category::Texture);
+    let textures: Vec<_> = textures.collect();
+    let broken = textures.par_iter().filter_map(|texture| texture.texture().err());
+    notes.issues.extend(broken.collect::<Vec<_>>());
+    if !notes.issues.is_empty() {
+        return None;
+    }
     let mut parts = Parts::default();
     // Materials that no shape uses are built too: what is wrong with them is worth knowing.
     for object in of(Category::Bsdf) {

@@ -1,6 +1,7 @@
 //! Objects against the table of plugins: what is unknown, missing, misplaced or out of range.
 
-use super::graph::{Graph, Node, Property};
+use super::document::Place;
+use super::graph::{Child, Graph, Node, Property};
 use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
 use super::problem::{Issue, did_you_mean, quoted};
 use super::values::Value;
@@ -52,15 +53,22 @@ fn check_scene(graph: &Graph, scene: &Node, issues: &mut Vec<Issue>) {
 
 fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Issue>) {
     let object = format!("{} `{}`", plugin.category().tag(), plugin.name);
+    for child in textures(graph, node) {
+        check_texture(node, child, plugin, &object, issues);
+    }
     for property in &node.properties {
         match (plugin.property(&property.name), &property.value) {
-            (None, _) => issues.push(unknown_property(property, &object, plugin)),
+            (None, _) => {
+                let Property { name, name_place, .. } = property;
+                issues.push(unknown_property(name, *name_place, &object, plugin));
+            }
             (Some(info), Some(value)) => issues.extend(check_value(property, value, info)),
             (Some(_), None) => {}
         }
     }
     for info in plugin.properties.iter().filter(|p| p.default == Default::Required) {
-        if !node.properties.iter().any(|p| p.name == info.name) {
+        let by_texture = || textures(graph, node).any(|c| c.name == info.name);
+        if !node.properties.iter().any(|p| p.name == info.name) && !by_texture() {
             let message = format!("{object} needs the property `{}` ({})", info.name, info.help);
             issues.push(Issue::new(node.place, message));
         }
@@ -68,15 +76,64 @@ fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Is
     check_parts(graph, node, plugin, &object, issues);
 }
 
-fn unknown_property(property: &Property, object: &str, plugin: &Plugin) -> Issue {
+/// The textures inside an object, unless they are its parts like others.
+fn textures<'a>(graph: &'a Graph, node: &'a Node) -> impl Iterator<Item = &'a Child> {
+    let is_texture = |c: &&Child| graph.nodes[c.node].category == Some(Category::Texture);
+    node.children.iter().filter(is_texture)
+}
+
+fn takes_textures(plugin: &Plugin) -> bool {
+    plugin.parts.iter().any(|p| p.category == Category::Texture)
+}
+
+/// A texture is the value of a property, unless the plugin takes one as its part.
+fn check_texture(
+    node: &Node,
+    child: &Child,
+    plugin: &Plugin,
+    object: &str,
+    issues: &mut Vec<Issue>,
+) {
+    let Child { name, place, .. } = child;
+    let texturable =
+        |p: &PropertyInfo| matches!(p.kind, Kind::RgbTexture(_) | Kind::FloatTexture(_));
+    match plugin.property(name) {
+        _ if takes_textures(plugin) => {}
+        Some(info) if !texturable(info) => {
+            let message = format!("`{name}` is a texture (expected: {})", info.kind);
+            issues.push(Issue::new(*place, message));
+        }
+        Some(_) if node.properties.iter().any(|p| p.name == *name) => {
+            issues.push(Issue::new(*place, format!("`{name}` is given more than once")));
+        }
+        Some(_) => {}
+        None => {
+            let names = || plugin.properties.iter().filter(|p| texturable(p)).map(|p| p.name);
+            let issue = if name.is_empty() {
+                let message = format!("{object}: a texture inside it needs a `name`");
+                Issue::new(*place, message)
+            } else {
+                unknown_property(name, *place, object, plugin)
+            };
+            let help = if names().next().is_none() {
+                format!("{object} takes no textures")
+            } else {
+                format!("textures can be {}", quoted(names()))
+            };
+            issues.push(issue.with_help(help));
+        }
+    }
+}
+
+fn unknown_property(name: &str, place: Place, object: &str, plugin: &Plugin) -> Issue {
     let names = || plugin.properties.iter().map(|p| p.name);
-    let hint = did_you_mean(&property.name, names());
-    let message = format!("{object}: unexpected property `{}`{hint}", property.name);
+    let hint = did_you_mean(name, names());
+    let message = format!("{object}: unexpected property `{name}`{hint}");
     let help = match plugin.properties {
         [] => format!("{object} takes no properties"),
         _ => format!("expected one of {}", quoted(names())),
     };
-    Issue::new(property.name_place, message).with_help(help)
+    Issue::new(place, message).with_help(help)
 }
 
 fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues: &mut Vec<Issue>) {
@@ -84,6 +141,9 @@ fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues
     for child in &node.children {
         let category = graph.nodes[child.node].category;
         let tag = category.map_or("scene", Category::tag);
+        if category == Some(Category::Texture) && !takes_textures(plugin) {
+            continue;
+        }
         let Some(part) = plugin.parts.iter().find(|p| Some(p.category) == category) else {
             let tags = plugin.parts.iter().map(|p| p.category.tag());
             let expected = if plugin.parts.is_empty() { "no objects".into() } else { quoted(tags) };
@@ -100,10 +160,12 @@ fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues
     }
     for part in plugin.parts {
         if counts[part.category as usize] < part.least {
-            issues.push(Issue::new(
-                node.place,
-                format!("{object} needs a {} inside it", part.category.tag()),
-            ));
+            let tag = part.category.tag();
+            let message = match (part.least, counts[part.category as usize]) {
+                (1, _) => format!("{object} needs a {tag} inside it"),
+                (least, found) => format!("{object} needs {least} {tag} inside it, found {found}"),
+            };
+            issues.push(Issue::new(node.place, message));
         }
     }
 }
@@ -145,14 +207,17 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
             Some(v) => complain(format!("is {v}")),
             None => wrong_kind(),
         },
-        (Kind::Rgb(bounds), _) => {
+        (Kind::Rgb(bounds) | Kind::RgbTexture(bounds) | Kind::FloatTexture(bounds), _) => {
             let channels = match (value, number(value)) {
                 (Value::Rgb(rgb), _) => rgb.to_array(),
                 (_, Some(v)) => [v; 3],
                 _ => return wrong_kind(),
             };
             let outside = channels.into_iter().find(|&v| !bounds.contain(v));
-            outside.and_then(|v| complain(format!("has a channel of {v}")))
+            outside.and_then(|v| match value {
+                Value::Rgb(_) => complain(format!("has a channel of {v}")),
+                _ => complain(format!("is {v}")),
+            })
         }
         _ => wrong_kind(),
     }

@@ -55,6 +55,8 @@ pub(super) struct Child {
     pub(super) node: usize,
     /// The element that puts it there: itself, or a `<ref>`.
     pub(super) place: Place,
+    /// The name of that element: of the property that a texture gives; may be empty.
+    pub(super) name: String,
 }
 
 /// The objects of a tree.
@@ -116,7 +118,6 @@ fn role(element: &Element) -> Role {
     match tag {
         "ref" => Role::Reference,
         "alias" => Role::Alias,
-        "texture" => Role::Unsupported(COLOURS_ONLY),
         "spectrum" if element.attribute("type").is_some() => Role::Unsupported(COLOURS_ONLY),
         "medium" | "phase" | "volume" | "field" => Role::Unsupported(NO_MEDIA),
         _ if values::TAGS.contains(&tag) => Role::Property,
@@ -179,7 +180,11 @@ impl Builder<'_> {
                 Role::Property => self.property(element, index),
                 Role::Object(category) => {
                     let node = self.object(element, category);
-                    self.graph.nodes[index].children.push(Child { node, place: element.place });
+                    self.graph.nodes[index].children.push(Child {
+                        node,
+                        place: element.place,
+                        name: element.value("name").to_owned(),
+                    });
                 }
                 Role::Reference => self.reference(element, index),
                 Role::Alias => self.alias(element),
@@ -242,7 +247,11 @@ impl Builder<'_> {
             place: element.place_of("id"),
         });
         // The target may come later in the file.
-        children.push(Child { node: UNRESOLVED, place: element.place });
+        children.push(Child {
+            node: UNRESOLVED,
+            place: element.place,
+            name: element.value("name").to_owned(),
+        });
     }
 
     fn alias(&mut self, element: &Element) {

@@ -2,18 +2,20 @@
 //! and documentation is written.
 
 use std::fmt;
+use std::sync::Arc;
 
 use super::emitter::Light;
 use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
-use super::{bsdf, emitter, film, integrator, sampler, sensor, shape};
+use super::{bsdf, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
 use crate::camera::Perspective;
 use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerSettings};
+use crate::texture::Texture;
 
 /// Every plugin that a scene file can name: a new material is one new line here.
-static PLUGINS: [&Plugin; 25] = [
+static PLUGINS: [&Plugin; 37] = [
     &shape::OBJ,
     &shape::PLY,
     &shape::RECTANGLE,
@@ -22,8 +24,20 @@ static PLUGINS: [&Plugin; 25] = [
     &shape::DISK,
     &bsdf::DIFFUSE,
     &bsdf::CONDUCTOR,
+    &rough::ROUGH_CONDUCTOR,
     &bsdf::DIELECTRIC,
+    &rough::ROUGH_DIELECTRIC,
+    &bsdf::THIN_DIELECTRIC,
+    &bsdf::PLASTIC,
+    &rough::ROUGH_PLASTIC,
     &bsdf::TWOSIDED,
+    &bsdf::BLEND,
+    &bsdf::MASK,
+    &bsdf::NULL,
+    &bsdf::BUMP_MAP,
+    &bsdf::NORMAL_MAP,
+    &texture::BITMAP,
+    &texture::CHECKERBOARD,
     &emitter::AREA,
     &emitter::CONSTANT,
     &emitter::POINT,
@@ -72,6 +86,7 @@ impl Plugin {
         match self.build {
             Build::Shape(_) => Category::Shape,
             Build::Bsdf(_) => Category::Bsdf,
+            Build::Texture(_) => Category::Texture,
             Build::Emitter(_) => Category::Emitter,
             Build::Sensor(_) => Category::Sensor,
             Build::Film(_) => Category::Film,
@@ -148,6 +163,10 @@ pub enum Kind {
     Transform,
     /// `<rgb>`, or one number for all channels.
     Rgb(Bounds),
+    /// The same, or `<texture>`.
+    RgbTexture(Bounds),
+    /// `<float>`, a colour whose mean counts, or `<texture>`.
+    FloatTexture(Bounds),
     /// A number, or the name of a substance.
     RefractiveIndex,
     /// `<string>` that names a metal, or is `none`.
@@ -211,6 +230,8 @@ impl fmt::Display for Kind {
             Self::Point => f.write_str("point"),
             Self::Transform => f.write_str("transform"),
             Self::Rgb(Bounds::Any) => f.write_str("colour"),
+            Self::RgbTexture(bounds) => write!(f, "colour {bounds}, or texture"),
+            Self::FloatTexture(bounds) => write!(f, "float {bounds}, or texture"),
             Self::Rgb(bounds) => write!(f, "colour {bounds}"),
             Self::RefractiveIndex => f.write_str("float above 0, or name of a substance"),
             Self::Metal => f.write_str("name of a metal, or none"),
@@ -263,6 +284,8 @@ pub enum Category {
     Shape,
     /// A material.
     Bsdf,
+    /// What varies over a surface.
+    Texture,
     /// A light.
     Emitter,
     /// A camera.
@@ -279,9 +302,10 @@ pub enum Category {
 
 impl Category {
     /// All of them, in the order of [`supported`].
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Shape,
         Self::Bsdf,
+        Self::Texture,
         Self::Emitter,
         Self::Sensor,
         Self::Film,
@@ -296,6 +320,7 @@ impl Category {
         match self {
             Self::Shape => "shape",
             Self::Bsdf => "bsdf",
+            Self::Texture => "texture",
             Self::Emitter => "emitter",
             Self::Sensor => "sensor",
             Self::Film => "film",
@@ -311,6 +336,7 @@ impl Category {
 pub(super) enum Build {
     Shape(fn(&Object<'_>) -> Result<BuiltShape, Issue>),
     Bsdf(fn(&Object<'_>) -> Result<Box<dyn Bsdf>, Issue>),
+    Texture(fn(&Object<'_>) -> Result<Arc<dyn Texture>, Issue>),
     Emitter(fn(&Object<'_>) -> Result<Light, Issue>),
     Sensor(fn(&Object<'_>, &FilmSettings) -> Result<Perspective, Issue>),
     Film(fn(&Object<'_>) -> Result<FilmSettings, Issue>),
@@ -346,8 +372,10 @@ mod tests {
                     | (Kind::Point, Default::Origin)
                     | (Kind::Transform, Default::Identity) => true,
                     (Kind::Integer(min, max), Default::Integer(v)) => (min..=max).contains(&v),
-                    (Kind::Float(bounds), Default::Float(v))
-                    | (Kind::Rgb(bounds), Default::Grey(v)) => bounds.contain(v),
+                    (Kind::Float(bounds) | Kind::FloatTexture(bounds), Default::Float(v))
+                    | (Kind::Rgb(bounds) | Kind::RgbTexture(bounds), Default::Grey(v)) => {
+                        bounds.contain(v)
+                    }
                     (Kind::Choice(names), Default::Text(name)) => names.contains(&name),
                     _ => false,
                 };

@@ -1,22 +1,67 @@
 //! Objects as their constructors see them: checked, with defaults filled in from the table.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::{DAffine3, DVec3};
 
 use super::document::{Place, Sources};
 use super::graph::{Graph, Node, Property};
+use super::image;
 use super::indices;
-use super::plugins::{self, Category, Default, Kind, Plugin};
+use super::plugins::{self, Build, Category, Default, Kind, Plugin};
 use super::problem::Issue;
 use super::values::Value;
 use crate::math::Rgb;
+use crate::texture::{Image, Texture, Textured};
+
+/// An image, or what is wrong with its file.
+type Decoded = Result<Arc<Image>, String>;
+
+/// What all objects of a scene share.
+#[derive(Debug)]
+pub(super) struct Context<'a> {
+    graph: &'a Graph,
+    sources: &'a Sources,
+    /// Images by their files, each decoded once.
+    images: Mutex<HashMap<PathBuf, Arc<OnceLock<Decoded>>>>,
+    /// Textures by their objects.
+    textures: Mutex<HashMap<usize, Arc<dyn Texture>>>,
+    warnings: Mutex<Vec<Issue>>,
+}
+
+impl<'a> Context<'a> {
+    pub(super) fn new(graph: &'a Graph, sources: &'a Sources) -> Self {
+        Self {
+            graph,
+            sources,
+            images: Mutex::default(),
+            textures: Mutex::default(),
+            warnings: Mutex::default(),
+        }
+    }
+
+    /// What constructors found that may not be as meant.
+    pub(super) fn into_warnings(self) -> Vec<Issue> {
+        self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// All objects, wherever they stand.
+    pub(super) fn objects(&'a self) -> impl Iterator<Item = Object<'a>> {
+        (0..self.graph.nodes.len()).filter_map(|index| Object::new(self, index))
+    }
+}
+
+/// What a thread that panicked left is as good as what it found.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// An object that passed [`super::check::check`]: its properties have the kinds that the table says.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Object<'a> {
-    graph: &'a Graph,
-    sources: &'a Sources,
+    context: &'a Context<'a>,
     /// Its index in the graph, for an object that is there.
     index: Option<usize>,
     /// `None` for an object that the file leaves out: all properties have their defaults.
@@ -28,10 +73,10 @@ const IN_TABLE: &str = "constructors read what their table lists, of the kind th
 
 impl<'a> Object<'a> {
     /// The object of that index.
-    pub(super) fn new(graph: &'a Graph, sources: &'a Sources, index: usize) -> Option<Self> {
-        let node = &graph.nodes[index];
+    pub(super) fn new(context: &'a Context<'a>, index: usize) -> Option<Self> {
+        let node = &context.graph.nodes[index];
         let plugin = plugins::find(node.category?, &node.plugin)?;
-        Some(Self { graph, sources, index: Some(index), node: Some(node), plugin })
+        Some(Self { context, index: Some(index), node: Some(node), plugin })
     }
 
     /// An object that the file leaves out.
@@ -66,11 +111,11 @@ impl<'a> Object<'a> {
 
     /// The objects of a category inside it.
     pub(super) fn parts(&self, category: Category) -> impl Iterator<Item = Self> {
-        let (graph, sources) = (self.graph, self.sources);
+        let context = self.context;
         let children = self.node.map_or(&[][..], |n| &n.children);
         children
             .iter()
-            .filter_map(move |c| Self::new(graph, sources, c.node))
+            .filter_map(move |c| Self::new(context, c.node))
             .filter(move |part| part.plugin.category() == category)
     }
 
@@ -81,15 +126,23 @@ impl<'a> Object<'a> {
 
     /// Whether the file gives a value.
     pub(super) fn has(&self, name: &str) -> bool {
-        self.given(name).is_some()
+        self.given(name).is_some() || self.texture_object(name).is_some()
+    }
+
+    /// Notes what may not be as meant.
+    pub(super) fn warn(&self, issue: Issue) {
+        lock(&self.context.warnings).push(issue);
     }
 
     /// An error if the file gives a value that `why` would have no effect.
     pub(super) fn refuse(&self, names: &[&str], why: &str) -> Result<(), Issue> {
-        match names.iter().find_map(|name| self.given(name)) {
-            Some(p) => Err(Issue::new(p.name_place, format!("`{}` has no effect {why}", p.name))),
-            None => Ok(()),
-        }
+        let Some(name) = names.iter().find(|name| self.has(name)) else {
+            return Ok(());
+        };
+        let texture = || self.texture_object(name).map(|o| o.place());
+        let place = self.given(name).map(|p| p.name_place).or_else(texture);
+        let place = place.unwrap_or(self.place());
+        Err(Issue::new(place, format!("`{name}` has no effect {why}")))
     }
 
     pub(super) fn boolean(&self, name: &str) -> bool {
@@ -171,6 +224,69 @@ impl<'a> Object<'a> {
         }
     }
 
+    /// A colour or a texture.
+    ///
+    /// # Errors
+    /// Those of the texture.
+    pub(super) fn rgb_texture(&self, name: &str) -> Result<Textured<Rgb>, Issue> {
+        Ok(match self.texture_object(name) {
+            Some(texture) => Textured::Varying(texture.texture()?),
+            None => Textured::Uniform(self.rgb(name)),
+        })
+    }
+
+    /// A number or a texture. The mean stands for a colour, as in Mitsuba.
+    ///
+    /// # Errors
+    /// Those of the texture.
+    pub(super) fn float_texture(&self, name: &str) -> Result<Textured<f32>, Issue> {
+        if let Some(texture) = self.texture_object(name) {
+            return Ok(Textured::Varying(texture.texture()?));
+        }
+        Ok(Textured::Uniform(match self.value(name) {
+            Some(Value::Rgb(rgb)) => (rgb.element_sum() / 3.0) as f32,
+            _ => self.float(name) as f32,
+        }))
+    }
+
+    /// The texture that a property is.
+    fn texture_object(&self, name: &str) -> Option<Self> {
+        let named = self.node?.children.iter().filter(|c| c.name == name);
+        let mut objects = named.filter_map(|c| Self::new(self.context, c.node));
+        objects.find(|o| o.plugin.category() == Category::Texture)
+    }
+
+    /// The texture that this object describes.
+    ///
+    /// # Errors
+    /// What is wrong with it or with its file.
+    pub(super) fn texture(&self) -> Result<Arc<dyn Texture>, Issue> {
+        let (Build::Texture(build), Some(index)) = (self.plugin.build, self.index) else {
+            unreachable!("callers pass textures")
+        };
+        if let Some(texture) = lock(&self.context.textures).get(&index) {
+            return Ok(Arc::clone(texture));
+        }
+        // Not under the lock: a texture may hold others.
+        let texture = build(self)?;
+        lock(&self.context.textures).insert(index, Arc::clone(&texture));
+        Ok(texture)
+    }
+
+    /// The image in the file that a property names, decoded once however often it is named.
+    ///
+    /// # Errors
+    /// No such file, or one that cannot be read.
+    pub(super) fn image(&self, name: &str) -> Result<Arc<Image>, Issue> {
+        let path = self.file(name)?;
+        let once = Arc::clone(lock(&self.context.images).entry(path.clone()).or_default());
+        // Decoded outside of the lock; who comes second waits for this file alone.
+        let image = once.get_or_init(|| image::load(&path).map(Arc::new));
+        image.clone().map_err(|message| {
+            Issue::new(self.place_of(name), format!("{} {message}", path.display()))
+        })
+    }
+
     pub(super) fn refractive_index(&self, name: &str) -> f32 {
         let named = || self.text(name).and_then(indices::find);
         self.number(name).or_else(named).expect(IN_TABLE) as f32
@@ -184,9 +300,9 @@ impl<'a> Object<'a> {
     pub(super) fn file(&self, name: &str) -> Result<PathBuf, Issue> {
         let text = self.text(name).expect(IN_TABLE);
         let place = self.place_of(name);
-        self.sources.find_file(text, place).map_err(|issue| {
+        self.context.sources.find_file(text, place).map_err(|issue| {
             let file_name = Path::new(text).file_name().and_then(|n| n.to_str()).unwrap_or(text);
-            let opening = self.sources.get(place.file).opening.as_deref();
+            let opening = self.context.sources.get(place.file).opening.as_deref();
             let opening = opening.filter(|comment| comment.contains(file_name));
             match self.given(name).and_then(|p| p.comment.as_deref()).or(opening) {
                 Some(comment) => issue.with_help(format!("the scene says: {comment}")),

@@ -1,6 +1,6 @@
 //! Scenes of older versions, in the words of version 3.
 
-use super::document::{Element, Sources};
+use super::document::{Attribute, Element, Sources};
 
 /// Renames what versions before 3 named otherwise, in the parts of the tree that come from such files:
 /// `toWorld` to `to_world`, `intIOR` to `int_ior`, `<lookAt>` to `<lookat>` and so on.
@@ -11,6 +11,9 @@ pub(super) fn upgrade(element: &mut Element, sources: &Sources) {
         }
         if let Some(name) = element.attributes.iter_mut().find(|a| a.name == "name") {
             name.value = snake_case(&name.value);
+        }
+        if element.tag == "texture" {
+            offsets_to_map(element);
         }
         if element.tag == "bsdf" && element.value("type") == "diffuse" {
             rename_property(element, "diffuseReflectance", "reflectance");
@@ -26,6 +29,45 @@ fn rename_property(object: &mut Element, old: &str, new: &str) {
     for name in attributes.filter(|a| a.name == "name" && a.value == old) {
         name.value = new.into();
     }
+}
+
+/// Makes a transform `to_uv` of `uscale`, `vscale`, `uoffset` and `voffset`, scaling first.
+fn offsets_to_map(texture: &mut Element) {
+    let mut steps = Vec::new();
+    for (tag, names) in [("scale", ["uscale", "vscale"]), ("translate", ["uoffset", "voffset"])] {
+        let mut step: Option<Element> = None;
+        for (name, axis) in names.into_iter().zip(["x", "y"]) {
+            let Some(at) = texture.children.iter().position(|c| c.value("name") == name) else {
+                continue;
+            };
+            let mut property = texture.children.remove(at);
+            property.attributes.retain(|a| a.name == "value");
+            for value in &mut property.attributes {
+                value.name = axis.into();
+            }
+            match &mut step {
+                Some(step) => step.attributes.append(&mut property.attributes),
+                None => step = Some(Element { tag: tag.into(), ..property }),
+            }
+        }
+        steps.extend(step);
+    }
+    let Some(first) = steps.first() else { return };
+    let name = Attribute {
+        name: "name".into(),
+        value: "to_uv".into(),
+        place: first.place,
+        value_place: first.place,
+    };
+    let map = Element {
+        tag: "transform".into(),
+        place: first.place,
+        attributes: vec![name],
+        children: steps,
+        stray_text: None,
+        comment: None,
+    };
+    texture.children.push(map);
 }
 
 /// An underscore wherever capitals follow a small letter; those capitals become small.

@@ -6,6 +6,7 @@ use super::settings::{
     AovKind, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
 };
 use super::{Description, Scene};
+use crate::bsdf::Needs;
 use crate::shape::Geometry;
 
 /// For each feature whether a render of a [`Description`] models it, and why.
@@ -95,9 +96,9 @@ impl Requirements {
         let decisions = [
             (Feature::Time, skipped("nothing moves while the shutter is open")),
             (Feature::Lens, skipped("the camera is a pinhole")),
-            (Feature::Textures, skipped("no material has a texture")),
+            (Feature::Textures, textures(scene)),
             (Feature::VertexNormals, vertex_normals(scene)),
-            (Feature::TextureCoordinates, texture_coordinates(integrator)),
+            (Feature::TextureCoordinates, texture_coordinates(integrator, scene)),
             (Feature::EnvironmentLight, environment_light(scene)),
             (Feature::NextEventEstimation, next_event),
             (Feature::MultipleImportanceSampling, importance),
@@ -139,12 +140,34 @@ fn vertex_normals(scene: &Scene) -> Reason {
     }
 }
 
-fn texture_coordinates(integrator: &IntegratorSettings) -> Reason {
-    match integrator {
-        IntegratorSettings::Aov { layers, .. } if layers.iter().any(|l| l.kind == AovKind::Uv) => {
-            Ok("a layer shows them".to_owned())
+/// How many surfaces have a material that has to be told so much of the place.
+fn surfaces_that_need(scene: &Scene, needs: Needs) -> usize {
+    scene.objects().iter().filter(|o| scene.bsdfs()[o.bsdf].flags().needs >= needs).count()
+}
+
+fn textures(scene: &Scene) -> Reason {
+    match surfaces_that_need(scene, Needs::TextureCoordinates) {
+        0 => Err("every material is the same all over its surfaces".to_owned()),
+        count => Ok(format!(
+            "{count} of {} surfaces have materials that depend on the place",
+            scene.objects().len()
+        )),
+    }
+}
+
+fn texture_coordinates(integrator: &IntegratorSettings, scene: &Scene) -> Reason {
+    let shown = match integrator {
+        IntegratorSettings::Aov { layers, .. } => layers.iter().any(|l| l.kind == AovKind::Uv),
+        _ => false,
+    };
+    let read = surfaces_that_need(scene, Needs::TextureCoordinates);
+    match (shown, read, surfaces_that_need(scene, Needs::Tangents)) {
+        (true, ..) => Ok("a layer shows them".to_owned()),
+        (false, 0, _) => Err("no texture and no layer reads them".to_owned()),
+        (false, _, 0) => Ok(format!("{read} surfaces have materials that read them")),
+        (false, _, tangents) => {
+            Ok(format!("{tangents} surfaces of {read} need their tangents too"))
         }
-        _ => Err("no texture and no layer reads them".to_owned()),
     }
 }
 
@@ -183,7 +206,7 @@ fn next_event_estimation(integrator: &IntegratorSettings, scene: &Scene) -> Reas
     if scene.emitters().is_empty() {
         return Err("there is no emitter".to_owned());
     }
-    if scene.objects().iter().all(|o| scene.bsdfs()[o.bsdf].is_delta()) {
+    if scene.objects().iter().all(|o| !scene.bsdfs()[o.bsdf].flags().smooth) {
         return Err("all surfaces are ideal mirrors or glass".to_owned());
     }
     Ok("one shadow ray from each surface that is no ideal mirror or glass".to_owned())
@@ -257,13 +280,16 @@ mod tests {
     use glam::{Vec3, Vec3A};
 
     use super::*;
-    use crate::bsdf::{Bsdf, Conductor, Diffuse};
+    use crate::bsdf::conductor::Metal;
+    use crate::bsdf::microfacet::{Distribution, Roughness};
+    use crate::bsdf::{Bsdf, Conductor, Diffuse, RoughConductor};
     use crate::emitter::{Constant, Emitter};
     use crate::math::Rgb;
     use crate::scene::Object;
     use crate::scene::settings::{AovLayer, Roulette};
     use crate::scene::tests::description;
     use crate::shape::{Shape, TriangleMesh};
+    use crate::texture::{Checkerboard, Textured};
 
     fn triangle(smooth: bool) -> Arc<dyn Shape> {
         let corners = [Vec3A::ZERO, Vec3A::X, Vec3A::Y];
@@ -286,7 +312,7 @@ mod tests {
     }
 
     fn mirror() -> Box<dyn Bsdf> {
-        Box::new(Conductor::new(None, Rgb::ONE))
+        Box::new(Conductor::mirror(Rgb::ONE))
     }
 
     fn path(settings: PathSettings) -> IntegratorSettings {
@@ -372,6 +398,29 @@ mod tests {
         assert_eq!(reason(&d, Feature::RussianRoulette), modelled(expected));
         d.integrator = with(None, Roulette { policy: RoulettePolicy::None, ..roulette });
         assert!(!reason(&d, Feature::RussianRoulette).0);
+    }
+
+    #[test]
+    fn places_are_looked_up_where_a_material_depends_on_them() {
+        let mut d = description();
+        d.scene = scene(false, vec![diffuse(), mirror()]);
+        let expected = "every material is the same all over its surfaces";
+        assert_eq!(reason(&d, Feature::Textures), skipped(expected));
+        let expected = "no texture and no layer reads them";
+        assert_eq!(reason(&d, Feature::TextureCoordinates), skipped(expected));
+        let colors = [0.2, 0.8].map(|v| Textured::Uniform(Rgb::splat(v)));
+        let board = Arc::new(Checkerboard::new(colors, glam::Affine2::IDENTITY));
+        let varying = Diffuse::new(Textured::Varying(board));
+        d.scene = scene(false, vec![diffuse(), Box::new(varying.clone())]);
+        let expected = "1 of 2 surfaces have materials that depend on the place";
+        assert_eq!(reason(&d, Feature::Textures), modelled(expected));
+        let expected = "1 surfaces have materials that read them";
+        assert_eq!(reason(&d, Feature::TextureCoordinates), modelled(expected));
+        let roughness = Roughness::anisotropic(Distribution::Ggx, 0.1, 0.2);
+        let brushed = RoughConductor::new(Metal::new(None, Rgb::ONE), roughness);
+        d.scene = scene(false, vec![Box::new(brushed), Box::new(varying)]);
+        let expected = "1 surfaces of 2 need their tangents too";
+        assert_eq!(reason(&d, Feature::TextureCoordinates), modelled(expected));
     }
 
     #[test]

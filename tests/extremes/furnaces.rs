@@ -172,7 +172,7 @@ fn corridor(turn: DMat3, reflectance: f32, slope: f64) -> Vec<(String, f32, Vec<
     let lower = quad(x * 0.5, z, x);
     let upper = quad(x * 0.5 + y, x, z);
     let lamp = quad(x * 1.25 + y * 0.5, z, y);
-    let mirror: Box<dyn Bsdf> = Box::new(Conductor::new(None, Rgb::splat(reflectance)));
+    let mirror: Box<dyn Bsdf> = Box::new(Conductor::mirror(Rgb::splat(reflectance)));
     let black: Box<dyn Bsdf> = Box::new(Diffuse::new(Rgb::ZERO));
     let emitter: Box<dyn Emitter> =
         Box::new(Area::new(Arc::clone(&lamp), Rgb::ONE).expect("an area"));

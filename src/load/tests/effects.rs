@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3, Vec3A};
 
-use super::super::plugins::{Category, Kind, supported};
+use super::super::plugins::{Category, Kind, Plugin, supported};
 use super::{description, load};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Place};
 use crate::scene::settings::*;
 use crate::scene::{Description, Scene};
 
@@ -13,6 +13,11 @@ fn scene_with(category: Category, plugin: &str, inner: &str) -> String {
     let object = format!("<{0} type=\"{plugin}\">{inner}</{0}>", category.tag());
     let sensor = |inner: &str| format!("<sensor type=\"perspective\">{inner}</sensor>");
     let content = match (category, plugin) {
+        (Category::Texture, _) => {
+            let texture = format!("<texture name='reflectance' type='{plugin}'>{inner}</texture>");
+            let bsdf = format!("<bsdf type='diffuse'>{texture}</bsdf>");
+            format!("<shape type='rectangle'>{bsdf}</shape>{}", sensor(""))
+        }
         (Category::Bsdf, _) | (Category::Emitter, "area") => {
             format!("<shape type=\"rectangle\">{object}</shape>{}", sensor(""))
         }
@@ -23,6 +28,10 @@ fn scene_with(category: Category, plugin: &str, inner: &str) -> String {
     };
     format!("<scene version=\"3.0.0\">{content}</scene>")
 }
+
+const ALPHA_U_AND_V: &str =
+    "<float name='alpha_u' value='0.3'/><float name='alpha_v' value='0.1'/>";
+const NORMAL: &str = "<rgb name='normalmap' value='.5 .5 1'/><bsdf type='diffuse'/>";
 
 /// Plugin, property, what stands beside it, a value that must change the scene.
 const EFFECTS: &[(&str, &str, &str, &str)] = &[
@@ -50,6 +59,89 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
         "",
         "<float name='specular_transmittance' value='0.3'/>",
     ),
+    ("thindielectric", "int_ior", "", "<string name='int_ior' value='diamond'/>"),
+    ("thindielectric", "ext_ior", "", "<float name='ext_ior' value='1.3'/>"),
+    (
+        "thindielectric",
+        "specular_reflectance",
+        "",
+        "<float name='specular_reflectance' value='0.3'/>",
+    ),
+    (
+        "thindielectric",
+        "specular_transmittance",
+        "",
+        "<float name='specular_transmittance' value='0.3'/>",
+    ),
+    ("plastic", "int_ior", "", "<string name='int_ior' value='diamond'/>"),
+    ("plastic", "ext_ior", "", "<float name='ext_ior' value='1.3'/>"),
+    ("plastic", "diffuse_reflectance", "", "<rgb name='diffuse_reflectance' value='.1 .2 .3'/>"),
+    ("plastic", "specular_reflectance", "", "<float name='specular_reflectance' value='0.3'/>"),
+    ("plastic", "nonlinear", "", "<boolean name='nonlinear' value='true'/>"),
+    ("roughconductor", "material", "", "<string name='material' value='Au'/>"),
+    ("roughconductor", "eta", "", "<rgb name='eta' value='1 2 3'/>"),
+    ("roughconductor", "k", "", "<rgb name='k' value='1 2 3'/>"),
+    (
+        "roughconductor",
+        "specular_reflectance",
+        "",
+        "<float name='specular_reflectance' value='0.3'/>",
+    ),
+    ("roughconductor", "distribution", "", "<string name='distribution' value='ggx'/>"),
+    ("roughconductor", "alpha", "", "<float name='alpha' value='0.3'/>"),
+    ("roughconductor", "alpha_u", "", ALPHA_U_AND_V),
+    ("roughconductor", "alpha_v", "", ALPHA_U_AND_V),
+    ("roughdielectric", "int_ior", "", "<string name='int_ior' value='diamond'/>"),
+    ("roughdielectric", "ext_ior", "", "<float name='ext_ior' value='1.3'/>"),
+    (
+        "roughdielectric",
+        "specular_reflectance",
+        "",
+        "<float name='specular_reflectance' value='0.3'/>",
+    ),
+    (
+        "roughdielectric",
+        "specular_transmittance",
+        "",
+        "<float name='specular_transmittance' value='0.3'/>",
+    ),
+    ("roughdielectric", "distribution", "", "<string name='distribution' value='ggx'/>"),
+    ("roughdielectric", "alpha", "", "<float name='alpha' value='0.3'/>"),
+    ("roughdielectric", "alpha_u", "", ALPHA_U_AND_V),
+    ("roughdielectric", "alpha_v", "", ALPHA_U_AND_V),
+    ("roughplastic", "int_ior", "", "<string name='int_ior' value='diamond'/>"),
+    ("roughplastic", "ext_ior", "", "<float name='ext_ior' value='1.3'/>"),
+    (
+        "roughplastic",
+        "diffuse_reflectance",
+        "",
+        "<rgb name='diffuse_reflectance' value='.1 .2 .3'/>",
+    ),
+    (
+        "roughplastic",
+        "specular_reflectance",
+        "",
+        "<float name='specular_reflectance' value='0.3'/>",
+    ),
+    ("roughplastic", "nonlinear", "", "<boolean name='nonlinear' value='true'/>"),
+    ("roughplastic", "distribution", "", "<string name='distribution' value='ggx'/>"),
+    ("roughplastic", "alpha", "", "<float name='alpha' value='0.3'/>"),
+    (
+        "normalmap",
+        "flip_invalid_normals",
+        NORMAL,
+        "<boolean name='flip_invalid_normals' value='false'/>",
+    ),
+    (
+        "normalmap",
+        "use_shadowing_function",
+        NORMAL,
+        "<boolean name='use_shadowing_function' value='false'/>",
+    ),
+    ("checkerboard", "color0", "", "<rgb name='color0' value='.1 .2 .3'/>"),
+    ("checkerboard", "color1", "", "<rgb name='color1' value='.1 .2 .3'/>"),
+    ("checkerboard", "to_uv", "", "<transform name='to_uv'><scale x='2'/></transform>"),
+    ("mask", "opacity", "<bsdf type='diffuse'/>", "<float name='opacity' value='0.3'/>"),
     ("area", "radiance", "", "<rgb name='radiance' value='3 2 1'/>"),
     ("constant", "radiance", "", "<spectrum name='radiance' value='3'/>"),
     ("point", "intensity", "", "<integer name='intensity' value='3'/>"),
@@ -125,17 +217,27 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
 
 /// Properties that have no second value to try, are documented to be read and not needed, or are
 /// required and tested by themselves. Meshes are left to `meshes.rs`, because they need files.
-const WITHOUT_EFFECT: [(&str, &str); 5] = [
+const WITHOUT_EFFECT: [(&str, &str); 10] = [
     ("hdrfilm", "file_format"),
     ("hdrfilm", "sample_border"),
     ("hdrfilm", "compensate"),
     ("direct", "shading_samples"),
     ("aov", "aovs"),
+    ("roughconductor", "sample_visible"),
+    ("roughdielectric", "sample_visible"),
+    ("roughplastic", "sample_visible"),
+    ("blendbsdf", "weight"),
+    ("normalmap", "normalmap"),
 ];
+
+/// Bump maps need one because they need a bitmap.
+fn needs_file(plugin: &Plugin) -> bool {
+    plugin.name == "bumpmap" || plugin.properties.iter().any(|p| p.kind == Kind::File)
+}
 
 #[test]
 fn every_property_has_an_effect() {
-    for plugin in supported().filter(|p| !p.properties.iter().any(|p| p.kind == Kind::File)) {
+    for plugin in supported().filter(|p| !needs_file(p)) {
         for property in plugin.properties {
             let key = (plugin.name, property.name);
             let Some(row) = EFFECTS.iter().find(|r| (r.0, r.1) == key) else {
@@ -155,9 +257,13 @@ fn every_property_has_an_effect() {
 /// The constructors read only what the table lists: each works with nothing but what is required.
 #[test]
 fn every_plugin_loads_with_its_defaults() {
-    for plugin in supported().filter(|p| !p.properties.iter().any(|p| p.kind == Kind::File)) {
+    for plugin in supported().filter(|p| !needs_file(p)) {
         let inner = match plugin.name {
-            "twosided" => "<bsdf type='diffuse'/>",
+            "twosided" | "mask" => "<bsdf type='diffuse'/>",
+            "normalmap" => NORMAL,
+            "blendbsdf" => {
+                "<float name='weight' value='.5'/><bsdf type='diffuse'/><bsdf type='null'/>"
+            }
             "aov" => "<string name='aovs' value='dd:depth'/>",
             _ => "",
         };
@@ -183,7 +289,7 @@ fn defaults_are_mitsubas() {
 }
 
 fn albedo(scene: &Scene, object: usize) -> Vec3A {
-    scene.bsdfs()[scene.objects()[object].bsdf].albedo(Vec3A::Z)
+    scene.bsdfs()[scene.objects()[object].bsdf].albedo(&Place::default(), Vec3A::Z)
 }
 
 #[test]
@@ -211,7 +317,10 @@ fn materials_mean_what_they_say() {
          <bsdf type='diffuse'><rgb name='reflectance' value='.1'/></bsdf></bsdf></shape>",
     );
     let bsdf: &dyn Bsdf = two.scene.bsdfs()[0].as_ref();
-    assert_eq!((bsdf.albedo(Vec3A::Z), bsdf.albedo(-Vec3A::Z)), (Vec3A::ONE, Vec3A::splat(0.1)));
+    assert_eq!(
+        (bsdf.albedo(&Place::default(), Vec3A::Z), bsdf.albedo(&Place::default(), -Vec3A::Z)),
+        (Vec3A::ONE, Vec3A::splat(0.1))
+    );
 }
 
 /// Tangents of half the angle across the width, from the `x_fov` that Mitsuba 3.9.1 reports (in degrees,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::super::{LoadOptions, load_scene, load_text};
 use super::{SENSOR, description, load};
+use crate::bsdf::Place;
 use crate::scene::settings::{Filter, IntegratorSettings};
 
 #[test]
@@ -42,8 +43,11 @@ fn shapes_without_a_material_have_one() {
     )
     .scene;
     let up = glam::Vec3A::Z;
-    let albedos: Vec<f32> =
-        scene.objects().iter().map(|o| scene.bsdfs()[o.bsdf].albedo(up).x).collect();
+    let albedos: Vec<f32> = scene
+        .objects()
+        .iter()
+        .map(|o| scene.bsdfs()[o.bsdf].albedo(&Place::default(), up).x)
+        .collect();
     assert_eq!(albedos, [0.5, 0.0, 0.5, 0.0]);
     assert_eq!(scene.bsdfs().len(), 2, "shared");
 }
@@ -115,7 +119,8 @@ fn old_scenes_are_upgraded() {
     assert_eq!((path.max_depth, path.roulette.min_depth, path.hide_emitters), (Some(3), 7, true));
     assert_eq!((d.sampler.samples_per_pixel, d.film.crop.x, d.film.alpha), (9, 3, true));
     assert_eq!(d.film.filter, Filter::Box);
-    let albedo = d.scene.bsdfs()[d.scene.objects()[1].bsdf].albedo(glam::Vec3A::Z);
+    let albedo =
+        d.scene.bsdfs()[d.scene.objects()[1].bsdf].albedo(&Place::default(), glam::Vec3A::Z);
     assert_eq!(albedo, glam::Vec3A::splat(0.25));
 }
 

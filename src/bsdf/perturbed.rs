@@ -1,0 +1,134 @@
+//! Bump maps and normal maps.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3A};
+
+use super::{Bsdf, BsdfSample, Flags, Lobe, Needs, Place};
+use crate::math::{Frame, Rgb};
+use crate::texture::{Texture, Textured};
+
+/// A material whose shading normal is turned by a texture.
+#[derive(Debug)]
+pub struct Perturbed {
+    normals: Normals,
+    options: PerturbedOptions,
+    material: Box<dyn Bsdf>,
+}
+
+/// Where the normals come from.
+#[derive(Clone, Debug)]
+pub enum Normals {
+    /// From the colour: (n + 1)/2 in the local frame, whose x is the direction of the first texture
+    /// coordinate.
+    Map(Textured<Rgb>),
+    /// From the slope of a height in scene units.
+    Bump {
+        /// The height.
+        height: Arc<dyn Texture>,
+        /// Factor for the height.
+        scale: f32,
+    },
+}
+
+/// What is done about normals that no surface could have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PerturbedOptions {
+    /// Turn a normal that would be seen from behind half round the shading normal (Schüssler et al. 2017).
+    pub flip_invalid_normals: bool,
+    /// Darken what leaves at angles that the unperturbed surface would nearly hide: Conty Estevez, Lecocq and
+    /// Stein, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem" (2019).
+    pub use_shadowing_function: bool,
+}
+
+impl Perturbed {
+    /// `material` with these normals.
+    #[must_use]
+    pub fn new(normals: Normals, options: PerturbedOptions, material: Box<dyn Bsdf>) -> Self {
+        Self { normals, options, material }
+    }
+
+    /// The frame around the turned normal, in coordinates of the local frame.
+    fn frame(&self, place: &Place, wi: Vec3A) -> Frame {
+        let mut n = match &self.normals {
+            Normals::Map(texture) => texture.at(place.uv) * 2.0 - 1.0,
+            Normals::Bump { height, scale } => {
+                let slope = height.gradient(place.uv) * *scale;
+                let flat = |d: Vec3A, rise: f32| Vec3A::new(d.x, d.y, rise);
+                let n = flat(place.dp_du, slope.x).cross(flat(place.dp_dv, slope.y));
+                if n.dot(place.geometric_normal) < 0.0 { -n } else { n }
+            }
+        };
+        if self.options.flip_invalid_normals && wi.z * wi.dot(n) <= 0.0 {
+            n = Vec3A::new(-n.x, -n.y, n.z);
+        }
+        // A black map, or slopes beyond what an f32 can hold, turn nothing.
+        let n = n.try_normalize().unwrap_or(Vec3A::Z);
+        Frame::from_normal_and_tangent(n, Vec3A::X)
+    }
+
+    /// The factor for light that leaves towards `wo` where the normal is `n`.
+    fn shadowing(&self, n: Vec3A, wo: Vec3A) -> f32 {
+        if !self.options.use_shadowing_function {
+            return 1.0;
+        }
+        // The roughness of a GGX surface whose normals deviate as this one does, and its masking.
+        let across = |v: Vec3A| v.truncate().length_squared();
+        let alpha2 = (0.125 * across(n) / (n.z * n.z)).min(1.0);
+        let z = wo.z.abs();
+        2.0 * z / (z + (z * z + alpha2 * across(wo)).sqrt())
+    }
+
+    /// A direction in the turned frame, if both frames have it on the same side: the turned surface can send
+    /// no light through the other one.
+    fn turned(frame: &Frame, w: Vec3A) -> Option<Vec3A> {
+        let turned = frame.to_local(w);
+        (turned.z * w.z > 0.0).then_some(turned)
+    }
+
+    /// Both directions in the frame of the turned normal.
+    fn both_turned(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Option<(Frame, Vec3A, Vec3A)> {
+        let frame = self.frame(place, wi);
+        let (wi, wo) = (Self::turned(&frame, wi)?, Self::turned(&frame, wo)?);
+        Some((frame, wi, wo))
+    }
+}
+
+impl Bsdf for Perturbed {
+    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
+        self.both_turned(place, wi, wo).map_or(Rgb::ZERO, |(frame, turned_wi, turned_wo)| {
+            let value = self.material.eval(&place.in_frame(&frame), turned_wi, turned_wo);
+            value * self.shadowing(frame.n, wo)
+        })
+    }
+
+    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
+        self.both_turned(place, wi, wo).map_or(0.0, |(frame, turned_wi, turned_wo)| {
+            self.material.pdf(&place.in_frame(&frame), turned_wi, turned_wo)
+        })
+    }
+
+    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+        let frame = self.frame(place, wi);
+        let (inner, turned_wi) = (place.in_frame(&frame), Self::turned(&frame, wi)?);
+        let sample = self.material.sample(&inner, turned_wi, u)?;
+        let wo = frame.to_world(sample.wo).try_normalize()?;
+        let turned_wo = Self::turned(&frame, wo)?;
+        let weight = sample.weight * self.shadowing(frame.n, wo);
+        let pdf = match sample.lobe {
+            // Of the rounded direction, as `pdf` will find it.
+            Lobe::Smooth => self.material.pdf(&inner, turned_wi, turned_wo),
+            Lobe::Delta | Lobe::Null => sample.pdf,
+        };
+        (pdf > 0.0).then_some(BsdfSample { wo, weight, pdf, ..sample })
+    }
+
+    fn flags(&self) -> Flags {
+        self.material.flags().needing(Needs::Tangents)
+    }
+
+    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+        let frame = self.frame(place, wi);
+        self.material.albedo(&place.in_frame(&frame), frame.to_local(wi))
+    }
+}

@@ -1,0 +1,122 @@
+//! Image files.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use image::{ColorType, DynamicImage, ImageError, ImageFormat, ImageReader};
+
+use crate::texture::Image;
+use crate::texture::image::Texels;
+
+/// The image in the file at `path`, in the file's own precision; an alpha channel is left out.
+///
+/// # Errors
+/// What is wrong with the file: a fragment.
+pub(super) fn load(path: &Path) -> Result<Image, String> {
+    let bytes = fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    let image = if bytes.starts_with(&EXR_MAGIC) {
+        openexr(&bytes)?
+    } else {
+        match image::guess_format(&bytes) {
+            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Hdr)) => {
+                other(&bytes, format)?
+            }
+            _ => {
+                return Err(
+                    "is no image in a known format (expected PNG, JPEG, OpenEXR or HDR)".into()
+                );
+            }
+        }
+    };
+    if !all_finite(image.texels()) {
+        return Err("has pixels that are not finite".into());
+    }
+    Ok(image)
+}
+
+/// The first bytes of OpenEXR files.
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+fn all_finite(texels: &Texels) -> bool {
+    match texels {
+        Texels::Unorm8(_) | Texels::Unorm16(_) => true,
+        Texels::Half(values) => values.iter().all(|v| v.is_finite()),
+        Texels::Float(values) => values.iter().all(|v| v.is_finite()),
+    }
+}
+
+fn other(bytes: &[u8], format: ImageFormat) -> Result<Image, String> {
+    let mut reader = ImageReader::new(Cursor::new(bytes));
+    reader.set_format(format);
+    let picture = reader.decode().map_err(|error| match error {
+        ImageError::Limits(_) => "is too large".to_owned(),
+        error => format!("cannot be decoded: {error}"),
+    })?;
+    let (width, height) = (picture.width(), picture.height());
+    let grey = !picture.color().has_color();
+    let (channels, texels) = match picture.color() {
+        ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 if grey => {
+            (1, Texels::Unorm8(picture.into_luma8().into_raw()))
+        }
+        ColorType::Rgb8 | ColorType::Rgba8 => (3, Texels::Unorm8(picture.into_rgb8().into_raw())),
+        ColorType::L16 | ColorType::La16 => (1, Texels::Unorm16(picture.into_luma16().into_raw())),
+        ColorType::Rgb16 | ColorType::Rgba16 => {
+            (3, Texels::Unorm16(picture.into_rgb16().into_raw()))
+        }
+        _ => (3, Texels::Float(DynamicImage::into_rgb32f(picture).into_raw())),
+    };
+    Image::new(width, height, channels, texels).ok_or_else(|| "has no pixels".to_owned())
+}
+
+/// The channels `R`, `G` and `B`, or else `Y`, of the first layer that has them.
+fn openexr(bytes: &[u8]) -> Result<Image, String> {
+    let decoded = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| format!("cannot be decoded: {error}"))?;
+    for layer in &decoded.layer_data {
+        let find = |name: &str| {
+            layer.channel_data.list.iter().find(|c| c.name.eq(name)).map(|c| &c.sample_data)
+        };
+        let channels: Option<Vec<_>> = ["R", "G", "B"].into_iter().map(find).collect();
+        let channels = channels.or_else(|| find("Y").map(|y| vec![y]));
+        let (Some(channels), Ok(width), Ok(height)) =
+            (channels, u32::try_from(layer.size.x()), u32::try_from(layer.size.y()))
+        else {
+            continue;
+        };
+        let count = layer.size.area();
+        if channels.iter().any(|c| c.len() != count) {
+            return Err("has subsampled channels, which are not supported".into());
+        }
+        let texels = interleave(&channels, count);
+        return Image::new(width, height, channels.len(), texels)
+            .ok_or_else(|| "has no pixels".to_owned());
+    }
+    Err("has no channels R, G and B, and no channel Y".into())
+}
+
+/// Side by side; as halves if all are.
+fn interleave(channels: &[&FlatSamples], count: usize) -> Texels {
+    let halves: Option<Vec<_>> = channels
+        .iter()
+        .map(|c| match c {
+            FlatSamples::F16(values) => Some(values.as_slice()),
+            _ => None,
+        })
+        .collect();
+    let indices = (0..count).flat_map(|i| (0..channels.len()).map(move |c| (i, c)));
+    match halves {
+        Some(halves) => Texels::Half(indices.map(|(i, c)| halves[c][i]).collect()),
+        None => Texels::Float(
+            indices.map(|(i, c)| channels[c].value_by_flat_index(i).to_f32()).collect(),
+        ),
+    }
+}

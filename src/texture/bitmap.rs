@@ -1,0 +1,185 @@
+//! Bitmaps.
+
+use std::sync::Arc;
+
+use glam::{Affine2, DVec3, IVec2, Vec2};
+
+use super::Texture;
+use super::image::{Image, Texels};
+use crate::math::{Rgb, luminance};
+
+/// A picture laid over the unit square of texture coordinates, its first row along v = 0. The centre of
+/// the first pixel lies half a pixel inside.
+#[derive(Clone, Debug)]
+pub struct Bitmap {
+    image: Arc<Image>,
+    settings: BitmapSettings,
+    /// What the integers of the image mean; empty if it has none.
+    decoded: Box<[f32]>,
+}
+
+/// How a [`Bitmap`] is looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BitmapSettings {
+    /// What the integers of the image mean. Of no effect on images of halves and floats.
+    pub encoding: Encoding,
+    /// Between pixels.
+    pub filter: BitmapFilter,
+    /// Outside of the unit square.
+    pub wrap: Wrap,
+    /// Maps the texture coordinates of the surface to those of the picture.
+    pub to_uv: Affine2,
+}
+
+/// What the integers of an image mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// Light, by the curve of sRGB (IEC 61966-2-1).
+    Srgb,
+    /// The number that they are.
+    Linear,
+}
+
+/// What holds between pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BitmapFilter {
+    /// The nearest pixel.
+    Nearest,
+    /// Linear interpolation between the centres of four pixels.
+    Bilinear,
+}
+
+/// What holds outside of the unit square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// The picture again.
+    Repeat,
+    /// The picture again, every other one mirrored.
+    Mirror,
+    /// The pixels of the border.
+    Clamp,
+}
+
+impl Bitmap {
+    /// `image` as `settings` say.
+    #[must_use]
+    pub fn new(image: Arc<Image>, settings: BitmapSettings) -> Self {
+        let largest = match image.texels() {
+            Texels::Unorm8(_) => Some(255u16),
+            Texels::Unorm16(_) => Some(u16::MAX),
+            Texels::Half(_) | Texels::Float(_) => None,
+        };
+        let decode = |largest: u16| {
+            (0..=largest).map(move |i| {
+                let value = f64::from(i) / f64::from(largest);
+                match settings.encoding {
+                    Encoding::Linear => value as f32,
+                    Encoding::Srgb => srgb_to_linear(value) as f32,
+                }
+            })
+        };
+        let decoded = largest.map_or_else(Box::default, |largest| decode(largest).collect());
+        Self { image, settings, decoded }
+    }
+
+    /// The picture.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
+    fn size(&self) -> IVec2 {
+        IVec2::new(self.image.width() as i32, self.image.height() as i32)
+    }
+
+    /// The pixel at a place that may lie outside.
+    fn pixel(&self, at: IVec2) -> Rgb {
+        let [x, y] = [(at.x, self.image.width()), (at.y, self.image.height())]
+            .map(|(i, count)| self.settings.wrap.index(i, count));
+        let channels = self.image.channels();
+        let first = (y * self.image.width() as usize + x) * channels;
+        let value = |channel: usize| match self.image.texels() {
+            Texels::Unorm8(values) => self.decoded[usize::from(values[first + channel])],
+            Texels::Unorm16(values) => self.decoded[usize::from(values[first + channel])],
+            Texels::Half(values) => values[first + channel].to_f32(),
+            Texels::Float(values) => values[first + channel],
+        };
+        if channels == 1 { Rgb::splat(value(0)) } else { Rgb::new(value(0), value(1), value(2)) }
+    }
+
+    /// One number for a colour; that of a grey is exact.
+    fn number(&self, color: Rgb) -> f32 {
+        if self.image.channels() == 1 { color.x } else { luminance(color) }
+    }
+
+    /// The pixels whose centres are around `uv`, and how far it lies on the way between them.
+    fn cell(&self, uv: Vec2) -> ([[Rgb; 2]; 2], Vec2) {
+        let p = self.settings.to_uv.transform_point2(uv) * self.size().as_vec2() - 0.5;
+        let corner = p.floor();
+        // Coordinates beyond the integers end at the largest.
+        let first = corner.as_ivec2().min(IVec2::splat(i32::MAX - 1));
+        let at = |x, y| self.pixel(first + IVec2::new(x, y));
+        ([[at(0, 0), at(1, 0)], [at(0, 1), at(1, 1)]], p - corner)
+    }
+}
+
+impl Texture for Bitmap {
+    fn rgb(&self, uv: Vec2) -> Rgb {
+        match self.settings.filter {
+            BitmapFilter::Nearest => {
+                let p = self.settings.to_uv.transform_point2(uv) * self.size().as_vec2();
+                self.pixel(p.floor().as_ivec2())
+            }
+            BitmapFilter::Bilinear => {
+                let ([top, bottom], t) = self.cell(uv);
+                let row = |[left, right]: [Rgb; 2]| left * (1.0 - t.x) + right * t.x;
+                row(top) * (1.0 - t.y) + row(bottom) * t.y
+            }
+        }
+    }
+
+    fn scalar(&self, uv: Vec2) -> f32 {
+        self.number(self.rgb(uv))
+    }
+
+    fn gradient(&self, uv: Vec2) -> Vec2 {
+        if self.settings.filter == BitmapFilter::Nearest {
+            return Vec2::ZERO;
+        }
+        let (cell, t) = self.cell(uv);
+        let [[f00, f10], [f01, f11]] = cell.map(|row| row.map(|color| self.number(color)));
+        let by_pixel = Vec2::new(
+            (f10 - f00) * (1.0 - t.y) + (f11 - f01) * t.y,
+            (f01 - f00) * (1.0 - t.x) + (f11 - f10) * t.x,
+        );
+        self.settings.to_uv.matrix2.transpose() * (by_pixel * self.size().as_vec2())
+    }
+
+    fn mean(&self) -> f32 {
+        let (width, height) = (self.size().x, self.size().y);
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| IVec2::new(x, y)));
+        let sum: DVec3 = pixels.map(|at| self.pixel(at).as_dvec3()).sum();
+        self.number((sum / (f64::from(width) * f64::from(height))).as_vec3a())
+    }
+}
+
+impl Wrap {
+    /// The index of the pixel that stands at `i` in a row of `count`.
+    fn index(self, i: i32, count: u32) -> usize {
+        let (i, count) = (i64::from(i), i64::from(count));
+        let index = match self {
+            Self::Repeat => i.rem_euclid(count),
+            Self::Mirror => {
+                let there_and_back = i.rem_euclid(2 * count);
+                there_and_back.min(2 * count - 1 - there_and_back)
+            }
+            Self::Clamp => i.clamp(0, count - 1),
+        };
+        index as usize
+    }
+}
+
+/// From the code value in `[0, 1]` to linear light.
+fn srgb_to_linear(value: f64) -> f64 {
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}

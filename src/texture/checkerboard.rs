@@ -1,0 +1,77 @@
+//! Checkerboards.
+
+use glam::{Affine2, Vec2};
+
+use super::{Texture, Textured};
+use crate::math::Rgb;
+
+/// Four fields to the unit square, of two colours in turn.
+#[derive(Clone, Debug)]
+pub struct Checkerboard {
+    colors: [Textured<Rgb>; 2],
+    to_uv: Affine2,
+}
+
+impl Checkerboard {
+    /// The first of `colors` holds where both coordinates, mapped by `to_uv`, are in the same half of a
+    /// unit.
+    #[must_use]
+    pub fn new(colors: [Textured<Rgb>; 2], to_uv: Affine2) -> Self {
+        Self { colors, to_uv }
+    }
+
+    fn same_halves(&self, uv: Vec2) -> bool {
+        let uv = self.to_uv.transform_point2(uv);
+        let above = (uv - uv.floor()).cmpgt(Vec2::splat(0.5));
+        above.test(0) == above.test(1)
+    }
+}
+
+impl Texture for Checkerboard {
+    fn rgb(&self, uv: Vec2) -> Rgb {
+        self.colors[usize::from(!self.same_halves(uv))].at(uv)
+    }
+
+    /// The other colour than that of [`Checkerboard::rgb`], as in Mitsuba 3.9.1: scenes are made to look
+    /// right there.
+    fn scalar(&self, uv: Vec2) -> f32 {
+        match &self.colors[usize::from(self.same_halves(uv))] {
+            // The mean of the channels, as wherever a colour stands for a number.
+            Textured::Uniform(color) => color.element_sum() / 3.0,
+            Textured::Varying(texture) => texture.scalar(uv),
+        }
+    }
+
+    fn gradient(&self, _uv: Vec2) -> Vec2 {
+        Vec2::ZERO
+    }
+
+    fn mean(&self) -> f32 {
+        0.5 * (self.colors[0].mean() + self.colors[1].mean())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values of Mitsuba 3.9.1, also for what lies on a border.
+    #[test]
+    fn fields_take_turns() {
+        let grey = |v| Textured::Uniform(Rgb::splat(v));
+        let board = Checkerboard::new([grey(0.4), grey(0.2)], Affine2::IDENTITY);
+        for (u, v, rgb, scalar) in [
+            (0.1, 0.1, 0.4, 0.2),
+            (0.6, 0.1, 0.2, 0.4),
+            (0.5, 0.1, 0.4, 0.2),
+            (0.1, 0.6, 0.2, 0.4),
+            (0.6, 0.6, 0.4, 0.2),
+            (-0.4, 1.1, 0.2, 0.4),
+        ] {
+            let uv = Vec2::new(u, v);
+            assert_eq!(board.rgb(uv), Rgb::splat(rgb), "{uv}");
+            assert!((board.scalar(uv) - scalar).abs() < 1e-7, "{uv}");
+        }
+        assert!((board.mean() - 0.3).abs() < 1e-6);
+    }
+}

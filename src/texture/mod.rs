@@ -1,0 +1,88 @@
+//! Quantities that vary over a surface: the contract that each texture keeps, and one file for each.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use glam::Vec2;
+
+use crate::math::{Rgb, luminance};
+
+pub mod bitmap;
+pub mod checkerboard;
+pub mod image;
+
+pub use bitmap::Bitmap;
+pub use checkerboard::Checkerboard;
+pub use image::Image;
+
+/// A function of texture coordinates.
+pub trait Texture: Debug + Send + Sync {
+    /// Its colour, linear sRGB.
+    fn rgb(&self, uv: Vec2) -> Rgb;
+
+    /// Its value where one number is asked for: the luminance of its colour.
+    fn scalar(&self, uv: Vec2) -> f32 {
+        luminance(self.rgb(uv))
+    }
+
+    /// Derivatives of [`Texture::scalar`] after both coordinates; 0 where it jumps.
+    fn gradient(&self, uv: Vec2) -> Vec2;
+
+    /// The mean of [`Texture::scalar`] over the unit square. Guides the choice among lobes, so a rough
+    /// value costs noise but no bias.
+    fn mean(&self) -> f32;
+}
+
+/// A quantity that is the same everywhere, or is looked up in a texture.
+#[derive(Clone, Debug)]
+pub enum Textured<T> {
+    /// The same everywhere.
+    Uniform(T),
+    /// From a texture.
+    Varying(Arc<dyn Texture>),
+}
+
+impl<T> Textured<T> {
+    /// Whether it has to be told the texture coordinates.
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        matches!(self, Self::Varying(_))
+    }
+}
+
+impl Textured<Rgb> {
+    /// The colour at `uv`.
+    #[must_use]
+    pub fn at(&self, uv: Vec2) -> Rgb {
+        match self {
+            Self::Uniform(value) => *value,
+            Self::Varying(texture) => texture.rgb(uv),
+        }
+    }
+
+    /// The mean luminance.
+    #[must_use]
+    pub fn mean(&self) -> f32 {
+        match self {
+            Self::Uniform(value) => luminance(*value),
+            Self::Varying(texture) => texture.mean(),
+        }
+    }
+}
+
+impl Textured<f32> {
+    /// The number at `uv`.
+    #[must_use]
+    pub fn at(&self, uv: Vec2) -> f32 {
+        match self {
+            Self::Uniform(value) => *value,
+            Self::Varying(texture) => texture.scalar(uv),
+        }
+    }
+}
+
+impl<T> From<T> for Textured<T> {
+    fn from(value: T) -> Self {
+        Self::Uniform(value)
+    }
+}
