@@ -94,11 +94,7 @@ fn main() -> Outcome {
 type Means = Vec<[f64; 3]>;
 
 /// Renders in turns and prints the speeds.
-fn compare(
-    scene: &SceneFile,
-    work: &Work,
-    pool: &rayon::ThreadPool,
-) -> Outcome<(Means, Means)> {
+fn compare(scene: &SceneFile, work: &Work, pool: &rayon::ThreadPool) -> Outcome<(Means, Means)> {
     let mut words = vec![work.threads.to_string(), work.spp.to_string()];
     words.push(scene.path.display().to_string());
     words.extend(scene.defines.iter().map(|(name, value)| format!("{name}={value}")));
@@ -173,12 +169,7 @@ fn mean_and_error(values: impl ExactSizeIterator<Item = f64> + Clone) -> (f64, f
 
 /// Time from the start of the command to its end, with one sample per pixel and the picture written,
 /// beside that of what cannot be avoided: loading the mesh and building a bare BVH.
-fn first_picture(
-    scene: &SceneFile,
-    mesh: &Path,
-    work: &Work,
-    pool: &rayon::ThreadPool,
-) -> Outcome {
+fn first_picture(scene: &SceneFile, mesh: &Path, work: &Work, pool: &rayon::ThreadPool) -> Outcome {
     let folder = tempfile::tempdir()?;
     let buffers = buffers(&scene.load()?.scene.shapes())?;
     let meshes = bare_meshes(&buffers);

@@ -5,7 +5,7 @@ mod support;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use support::pictures::{in_package, picture, read};
+use support::pictures::{in_package, picture, read, scene_files};
 use support::stats::Moments;
 use telamon::intersect::Backend;
 use telamon::load::{LoadOptions, load_scene};
@@ -44,12 +44,8 @@ fn write_mesh(scene: &str, folder: &Path) -> Option<PathBuf> {
 
 /// Names without the ending, sorted.
 fn scenes() -> Vec<String> {
-    let entries = fs::read_dir(in_package("scenes")).expect("is there").flatten();
-    let files = entries.map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "xml"));
-    let mut names: Vec<_> =
-        files.filter_map(|p| Some(p.file_stem()?.to_str()?.to_owned())).collect();
-    names.sort_unstable();
-    names
+    let name = |path: PathBuf| Some(path.file_stem()?.to_str()?.to_owned());
+    scene_files("scenes").into_iter().filter_map(name).collect()
 }
 
 /// How many of the pixels differ by more than `tolerance` of their brightest channel.

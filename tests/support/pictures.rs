@@ -1,5 +1,6 @@
 //! Scenes rendered through the library.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -12,6 +13,15 @@ use telamon::scene::Description;
 /// A file of the package.
 pub(crate) fn in_package(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// The scene files of a folder of the package, sorted.
+pub(crate) fn scene_files(folder: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(in_package(folder)).expect("is there").flatten();
+    let files = entries.map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "xml"));
+    let mut files: Vec<_> = files.collect();
+    files.sort_unstable();
+    files
 }
 
 /// The scene in `text`, which must be right and without warnings.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use telamon::measure::statistics::p_value;
 
 /// Probability that a test function rejects code that is right.
 pub(crate) const SIGNIFICANCE: f64 = 0.01;
@@ -119,4 +120,23 @@ impl Moments {
              p = {p_value:.3e} < {level:.3e}"
         ))
     }
+}
+
+/// The p-value of Welch's two-sided t-test that two streams have the same mean (Welch 1947), if the
+/// variance of the numbers in each is `least_variance` at least. A difference of 1e-5 of the mean is
+/// forgiven: the other side may have summed up to 128 numbers in f32, each time with a rounding of 2⁻²⁴.
+pub(crate) fn welch(a: &Moments, b: &Moments, least_variance: f64) -> f64 {
+    let forgiven = 1e-5 * a.mean.abs().max(b.mean.abs());
+    let difference = (a.mean - b.mean).abs() - forgiven;
+    if difference <= 0.0 {
+        return 1.0;
+    }
+    let [a, b] = [a, b].map(|m| {
+        let (count, freedom) = (m.count as f64, m.count as f64 - 1.0);
+        ((m.squares / freedom).max(least_variance) / count, freedom)
+    });
+    let variance = a.0 + b.0;
+    // The degrees of freedom after Welch and Satterthwaite.
+    let freedom = variance.powi(2) / (a.0.powi(2) / a.1 + b.0.powi(2) / b.1);
+    p_value(difference, variance.sqrt(), freedom)
 }
