@@ -65,6 +65,7 @@ fn the_header_says_how_the_picture_came_about() {
     folder.succeed("render scene.xml -o a.exr --seed 7");
     let header = folder.header("a.exr");
     assert_eq!(attribute(&header, "scene"), "scene.xml");
+    assert_eq!(attribute(&header, "sampler"), "independent");
     assert_eq!(attribute(&header, "seed"), "7");
     assert_eq!(attribute(&header, "samplesPerPixel"), "4");
     assert!(attribute(&header, "renderTimeSeconds").parse::<f32>().expect("a number") > 0.0);
@@ -82,6 +83,9 @@ fn every_sampling_option_has_an_effect() {
     assert_eq!(plain, picture("--threads 7"), "threads do not change the picture");
     assert_ne!(plain, picture("--seed 1"));
     assert_eq!(plain, picture("--seed 0"));
+    assert_eq!(plain, picture("--sampler independent"));
+    assert_ne!(plain, picture("--sampler sobol"));
+    assert_eq!(attribute(&folder.header("a.exr"), "sampler"), "sobol");
     assert_ne!(plain, picture("--spp 9"));
     assert_eq!(attribute(&folder.header("a.exr"), "samplesPerPixel"), "9");
     picture("-D spp=5");
@@ -246,7 +250,7 @@ fn inspect_shows_what_is_there_and_what_is_skipped() {
     assert!(folder.names().is_empty());
     let text = run.stdout;
     for part in
-        ["Sphere", "Diffuse", "Constant", "32x24 pixels", "11 samples per pixel", "Rust BVH"]
+        ["Sphere", "Diffuse", "32x24 pixels", "independent, 11 samples per pixel", "Rust BVH"]
     {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -335,6 +339,7 @@ fn help_mentions_every_option() {
         "-o, --output <FILE>",
         "--spp <N>",
         "--size <WxH>",
+        "--sampler <KIND>",
         "--seed <N>",
         "--threads <N>",
         "--backend <ENGINE>",
@@ -370,7 +375,9 @@ fn completions_and_manual_come_from_the_same_definitions() {
     assert!(!page.contains(".SH HELP"), "{page}");
     let scripts = ["bash", "elvish", "fish", "powershell", "zsh"]
         .map(|shell| folder.succeed(&format!("completions {shell}")).stdout);
-    for option in ["exposure", "threads", "backend", "crop", "define", "seed", "spp", "size"] {
+    for option in
+        ["exposure", "threads", "backend", "crop", "define", "sampler", "seed", "spp", "size"]
+    {
         // Hyphens are escaped in roff.
         assert!(page.contains(&format!("\\-\\-{option}")), "{option}: {page}");
         assert!(scripts.iter().all(|s| s.contains(option)), "{option}");

@@ -1,9 +1,10 @@
-//! Random numbers: uniform, unrelated between dimensions, samples, pixels and seeds, and pure.
+//! Random numbers: uniform, unrelated between dimensions, pixels and seeds, and pure. Independent ones are
+//! unrelated between samples, too; Sobol's fill the cube evenly instead, which `sobol.rs` tests.
 
 mod support;
 
 use support::stats::chi_squared;
-use telamon::sampler::{Independent, PathSampler, Sampler};
+use telamon::sampler::{Independent, PathSampler, Sampler, Sobol};
 
 const COUNT: u32 = 200_000;
 
@@ -56,6 +57,42 @@ fn neighbouring_numbers_are_independent() {
     }
 }
 
+/// The same of Sobol's points.
+fn sobol(seed: u64, pixel: u32, sample: u32, dimension: u32) -> f32 {
+    let sampler = Sobol::new(seed);
+    sampler.get_1d(sampler.path(pixel, sample), dimension)
+}
+
+/// A pair of them.
+fn sobol_pair(seed: u64, pixel: u32, sample: u32, dimension: u32) -> (f32, f32) {
+    let sampler = Sobol::new(seed);
+    sampler.get_2d(sampler.path(pixel, sample), dimension).into()
+}
+
+/// What of Sobol's points is unrelated: all but the samples of one pixel.
+const SOBOL_PAIRS: [(&str, Pair); 12] = [
+    ("next dimension", |i| (sobol(1, i, 5, 0), sobol(1, i, 5, 1))),
+    ("dimensions of one path", |i| (sobol(1, 5, 9, i), sobol(1, 5, 9, i + 1))),
+    ("a number before a pair", |i| (sobol(1, i, 9, 4), sobol_pair(1, i, 9, 5).0)),
+    ("first pair", |i| sobol_pair(2, i, 6, 0)),
+    ("second pair", |i| sobol_pair(2, i, 6, 2)),
+    ("odd pair", |i| sobol_pair(2, i, 6, 3)),
+    ("pairs of one block", |i| (sobol_pair(2, i, 6, 4).0, sobol_pair(2, i, 6, 6).1)),
+    ("pairs of two blocks", |i| (sobol_pair(2, i, 6, 2).0, sobol_pair(2, i, 6, 4).0)),
+    ("next pixel", |i| (sobol_pair(3, i, 0, 0).0, sobol_pair(3, i + 1, 0, 0).0)),
+    ("next row", |i| (sobol_pair(3, i, 1, 2).1, sobol_pair(3, i + 1024, 1, 2).1)),
+    ("next seed", |i| (sobol(4, i, 0, 0), sobol(5, i, 0, 0))),
+    ("many seeds", |i| (sobol(i.into(), 0, 0, 0), sobol(u64::from(i) + 1, 0, 0, 0))),
+];
+
+#[test]
+fn sobols_pixels_seeds_and_dimensions_are_independent() {
+    for (name, pair) in SOBOL_PAIRS {
+        uniform((0..COUNT).map(pair), SOBOL_PAIRS.len())
+            .unwrap_or_else(|table| panic!("{name}: {table}"));
+    }
+}
+
 #[test]
 fn both_halves_of_a_pair_are_independent() {
     let sampler = Independent::new(8);
@@ -67,27 +104,38 @@ fn both_halves_of_a_pair_are_independent() {
 /// other one.
 #[test]
 fn numbers_that_choose_are_uniform_to_the_last_bit() {
-    let sampler = Independent::new(8);
+    numbers_that_choose(&Independent::new(8));
+    numbers_that_choose(&Sobol::new(8));
+}
+
+fn numbers_that_choose(sampler: &dyn Sampler) {
     let choice = |i| sampler.get_choice(sampler.path(i, 2), 4);
     let pair = |i| choice(i).as_vec2().into();
-    uniform((0..COUNT).map(pair), 3).unwrap_or_else(|table| panic!("{table}"));
+    uniform((0..COUNT).map(pair), 6).unwrap_or_else(|table| panic!("{sampler:?}: {table}"));
     // 12 bits from bit `skip` on, which no rounding turns into 1.
     let bits =
         |x: f64, skip: i32| ((x * f64::from(skip).exp2()).fract() * 4096.0).floor() as f32 / 4096.0;
     for (high, low) in [(0, 16), (16, 28)] {
         let pair = |i| (bits(choice(i).x, high), bits(choice(i).x, low));
-        uniform((0..COUNT).map(pair), 3).unwrap_or_else(|table| panic!("{high} {low}: {table}"));
+        uniform((0..COUNT).map(pair), 6)
+            .unwrap_or_else(|table| panic!("{sampler:?}, {high} {low}: {table}"));
     }
     let in_range = |x: f64| (0.0..1.0).contains(&x) && (x * 2f64.powi(40)).fract() == 0.0;
     assert!((0..COUNT).all(|i| in_range(choice(i).x) && in_range(choice(i).y)));
+    // It begins with the number that the path takes elsewhere.
+    let path = sampler.path(3, 2);
+    let (choice, pair) = (sampler.get_choice(path, 4), sampler.get_2d(path, 4));
+    assert!(choice.x - f64::from(pair.x) < f64::from(f32::EPSILON));
 }
 
 /// The low bits count too: a cell of 2⁻¹⁶, seen through its upper and lower half.
 #[test]
 fn low_bits_are_uniform() {
     let split = |x: f32| ((x * 256.0).fract(), (x * 65_536.0).fract());
-    uniform((0..COUNT).map(|i| split(number(9, i, 0, 0))), 1)
-        .unwrap_or_else(|table| panic!("{table}"));
+    for number in [number, sobol] {
+        uniform((0..COUNT).map(|i| split(number(9, i, 0, 0))), 2)
+            .unwrap_or_else(|table| panic!("{table}"));
+    }
 }
 
 /// Numbers that are not uniform, or that hang together, do not pass.
@@ -109,14 +157,18 @@ fn wrong_numbers_are_rejected() {
 /// The same arguments give the same number, in any order, and each has its own.
 #[test]
 fn numbers_are_pure() {
-    let sampler = Independent::new(10);
+    pure(&Independent::new(10), &Independent::new(10));
+    pure(&Sobol::new(10), &Sobol::new(10));
+}
+
+fn pure(sampler: &dyn Sampler, twin: &dyn Sampler) {
     let forth: Vec<f32> = (0..1_000).map(|d| sampler.get_1d(sampler.path(3, 4), d)).collect();
     let mut back: Vec<f32> = (0..1_000)
         .rev()
         .map(|d| {
             // Other numbers asked for in between change nothing.
             let _ = sampler.get_2d(sampler.path(d, 9), 1);
-            Independent::new(10).get_1d(sampler.path(3, 4), d)
+            twin.get_1d(sampler.path(3, 4), d)
         })
         .collect();
     back.reverse();

@@ -5,7 +5,7 @@ use std::time::Instant;
 use clap::Args;
 use telamon::intersect;
 use telamon::scene::settings::{
-    ComponentFormat, FilmSettings, Filter, IntegratorSettings, SamplerKind, Strategy,
+    ComponentFormat, FilmSettings, Filter, IntegratorSettings, Strategy,
 };
 use telamon::scene::{Description, Requirements, Scene};
 use telamon::shape::{Geometry, Shape};
@@ -54,7 +54,6 @@ fn overview(description: &Description, built: &str) -> String {
     let objects = scene.objects();
     let triangles: usize = objects.iter().map(|o| triangles(o.shape.as_ref())).sum();
     let memory: usize = objects.iter().map(|o| o.shape.bytes()).sum();
-    let SamplerKind::Independent = sampler.kind;
     let bounds = scene.bounds().map_or("nothing to be seen".to_owned(), |b| {
         format!(
             "({}, {}, {}) to ({}, {}, {})",
@@ -63,8 +62,8 @@ fn overview(description: &Description, built: &str) -> String {
     });
     let shapes = format!("{} with {triangles} triangles, {}", objects.len(), bytes(memory));
     let samples = format!(
-        "independent, {} samples per pixel, seed {}",
-        sampler.samples_per_pixel, sampler.seed
+        "{}, {} samples per pixel, seed {}",
+        sampler.kind, sampler.samples_per_pixel, sampler.seed
     );
     let rows = [
         ("shapes", shapes),

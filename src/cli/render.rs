@@ -11,7 +11,7 @@ use telamon::film::png::write_png;
 use telamon::intersect;
 use telamon::render::{SampleId, Statistics, render};
 use telamon::scene::Description;
-use telamon::scene::settings::{Crop, IntegratorSettings};
+use telamon::scene::settings::{Crop, IntegratorSettings, SamplerKind};
 
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
@@ -71,6 +71,15 @@ pub(super) struct Arguments {
         help_heading = "Sampling"
     )]
     spp: Option<u32>,
+
+    /// Random numbers: unrelated ones, or such as are spread evenly [default: the scene's]
+    #[arg(
+        long,
+        value_name = "KIND",
+        value_parser = values::samplers(),
+        help_heading = "Sampling"
+    )]
+    sampler: Option<SamplerKind>,
 
     /// Seed of the random numbers [default: the scene's]
     #[arg(long, value_name = "N", help_heading = "Sampling")]
@@ -140,6 +149,7 @@ impl Arguments {
         bar.finish();
         let metadata = Metadata {
             scene: self.input.scene.display().to_string(),
+            sampler: description.sampler.kind.to_string(),
             seed: description.sampler.seed,
             samples_per_pixel: statistics.samples_per_pixel,
             load,
@@ -167,6 +177,7 @@ impl Arguments {
         let sampler = &mut description.sampler;
         sampler.samples_per_pixel = self.spp.unwrap_or(sampler.samples_per_pixel);
         sampler.seed = self.seed.unwrap_or(sampler.seed);
+        sampler.kind = self.sampler.unwrap_or(sampler.kind);
         Ok(())
     }
 

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use telamon::film::output::{FileFormat, OutputError};
 use telamon::measure::plan::Variation;
-use telamon::scene::settings::Crop;
+use telamon::scene::settings::{Crop, SamplerKind};
 
 /// A picture file that is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -87,6 +88,12 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
         Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
         _ => Err("expected a number above 0".to_owned()),
     }
+}
+
+/// The kinds of random numbers, for the help and for completions as well.
+pub(super) fn samplers() -> impl TypedValueParser<Value = SamplerKind> {
+    PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name))
+        .try_map(|name| name.parse::<SamplerKind>())
 }
 
 pub(super) fn stops(text: &str) -> Result<f32, String> {

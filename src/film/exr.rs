@@ -23,7 +23,9 @@ const LONGEST_NAME: usize = 255;
 pub struct Metadata {
     /// Name of the scene file.
     pub scene: String,
-    /// Seed of the random numbers.
+    /// Kind of the random numbers.
+    pub sampler: String,
+    /// Their seed.
     pub seed: u64,
     /// Smallest and largest number of samples that any pixel has.
     pub samples_per_pixel: (u32, u32),
@@ -140,7 +142,7 @@ fn image_attributes(picture: &Picture) -> ImageAttributes {
 
 /// The position of the crop, and the metadata under pbrt's names where it has some.
 fn layer_attributes(picture: &Picture, metadata: &Metadata) -> LayerAttributes {
-    let Metadata { scene, seed, samples_per_pixel: (least, most), backend, .. } = metadata;
+    let Metadata { scene, sampler, seed, samples_per_pixel: (least, most), backend, .. } = metadata;
     let string = |s: &str| AttributeValue::Text(text(s));
     let seconds = |d: Duration| AttributeValue::F32(d.as_secs_f32());
     let count = |n: u32| AttributeValue::I32(i32::try_from(n).unwrap_or(i32::MAX));
@@ -152,6 +154,7 @@ fn layer_attributes(picture: &Picture, metadata: &Metadata) -> LayerAttributes {
     };
     attributes.other.extend([
         (text("scene"), string(scene)),
+        (text("sampler"), string(sampler)),
         // A string, since OpenEXR has no integers of 64 bits.
         (text("seed"), string(&seed.to_string())),
         (text("samplesPerPixel"), count(*least)),
@@ -191,6 +194,7 @@ mod tests {
         let path = folder.path().join("a.exr");
         let metadata = Metadata {
             scene: "scènes/a.xml".to_owned(),
+            sampler: "sobol".to_owned(),
             seed: u64::MAX,
             samples_per_pixel: (3, 4),
             render: Duration::from_millis(1500),
@@ -244,6 +248,7 @@ mod tests {
         assert_eq!(software, format!("telamon {}", env!("CARGO_PKG_VERSION")));
         let other = |name: &str| layer.attributes.other.get(&text(name)).cloned();
         assert_eq!(other("scene"), Some(AttributeValue::Text(text("scènes/a.xml"))));
+        assert_eq!(other("sampler"), Some(AttributeValue::Text(text("sobol"))));
         assert_eq!(other("seed"), Some(AttributeValue::Text(text("18446744073709551615"))));
         assert_eq!(other("samplesPerPixel"), Some(AttributeValue::I32(3)));
         assert_eq!(other("largestSamplesPerPixel"), Some(AttributeValue::I32(4)));

@@ -217,7 +217,8 @@ fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View>
         let message = "this sensor is not used: the first one of the scene is";
         notes.warnings.push(Issue::new(other.place(), message));
     }
-    let view = build_view(sensor).map_err(|issue| notes.issues.push(issue)).ok()?;
+    let view =
+        build_view(sensor, &mut notes.warnings).map_err(|issue| notes.issues.push(issue)).ok()?;
     let (camera, film, _) = &view;
     if !camera.tells_pixels_apart(film.width, film.height) {
         let message = "the field of view is so narrow that neighbouring pixels have the same direction as \
@@ -228,13 +229,15 @@ fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View>
     Some(view)
 }
 
-fn build_view(sensor: &Object<'_>) -> Result<View, Issue> {
+fn build_view(sensor: &Object<'_>, warnings: &mut Vec<Issue>) -> Result<View, Issue> {
     let film = sensor.part_or(Category::Film, &film::HDRFILM);
-    let sampler = sensor.part_or(Category::Sampler, &sampler::INDEPENDENT);
-    match (sensor.plugin().build, film.plugin().build, sampler.plugin().build) {
-        (Build::Sensor(build_camera), Build::Film(build_film), Build::Sampler(build_sampler)) => {
+    let sampler = sensor.part_or(Category::Sampler, &sampler::SOBOL);
+    let (sampler_settings, warning) = sampler::build(&sampler);
+    warnings.extend(warning);
+    match (sensor.plugin().build, film.plugin().build) {
+        (Build::Sensor(build_camera), Build::Film(build_film)) => {
             let film_settings = build_film(&film)?;
-            Ok((build_camera(sensor, &film_settings)?, film_settings, build_sampler(&sampler)))
+            Ok((build_camera(sensor, &film_settings)?, film_settings, sampler_settings))
         }
         _ => unreachable!("parts are of the categories asked for"),
     }

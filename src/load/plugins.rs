@@ -11,11 +11,11 @@ use super::shape::BuiltShape;
 use super::{bsdf, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
 use crate::camera::Perspective;
-use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerSettings};
+use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKind};
 use crate::texture::Texture;
 
 /// Every plugin that a scene file can name: a new material is one new line here.
-static PLUGINS: [&Plugin; 37] = [
+static PLUGINS: [&Plugin; 42] = [
     &shape::OBJ,
     &shape::PLY,
     &shape::RECTANGLE,
@@ -47,6 +47,11 @@ static PLUGINS: [&Plugin; 37] = [
     &film::TENT,
     &film::GAUSSIAN,
     &sampler::INDEPENDENT,
+    &sampler::SOBOL,
+    &sampler::STRATIFIED,
+    &sampler::MULTIJITTER,
+    &sampler::ORTHOGONAL,
+    &sampler::LDSAMPLER,
     &integrator::PATH,
     &integrator::DIRECT,
     &integrator::DIRECT_UNIFORM,
@@ -341,7 +346,7 @@ pub(super) enum Build {
     Sensor(fn(&Object<'_>, &FilmSettings) -> Result<Perspective, Issue>),
     Film(fn(&Object<'_>) -> Result<FilmSettings, Issue>),
     Filter(fn(&Object<'_>) -> Filter),
-    Sampler(fn(&Object<'_>) -> SamplerSettings),
+    Sampler(SamplerKind),
     Integrator(fn(&Object<'_>) -> Result<IntegratorSettings, Issue>),
 }
 

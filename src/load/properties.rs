@@ -104,6 +104,11 @@ impl<'a> Object<'a> {
         self.node.map_or(Place::whole(0), |n| n.place)
     }
 
+    /// Where its type stands.
+    pub(super) fn place_of_type(&self) -> Place {
+        self.node.map_or(Place::whole(0), |n| n.plugin_place)
+    }
+
     /// Where the value of a property stands, or else the object.
     pub(super) fn place_of(&self, name: &str) -> Place {
         self.given(name).map_or(self.place(), |p| p.value_place)

@@ -8,9 +8,12 @@ use std::fmt::Debug;
 
 use glam::{DVec2, Vec2};
 
+mod bits;
 pub mod independent;
+pub mod sobol;
 
 pub use independent::Independent;
+pub use sobol::Sobol;
 
 use crate::scene::settings::{SamplerKind, SamplerSettings};
 
@@ -76,5 +79,6 @@ impl<'a> PathSampler<'a> {
 pub fn build(settings: &SamplerSettings) -> Box<dyn Sampler> {
     match settings.kind {
         SamplerKind::Independent => Box::new(Independent::new(settings.seed)),
+        SamplerKind::Sobol => Box::new(Sobol::new(settings.seed)),
     }
 }

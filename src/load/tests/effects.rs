@@ -182,6 +182,16 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
     ("gaussian", "stddev", "", "<float name='stddev' value='0.6'/>"),
     ("independent", "sample_count", "", "<integer name='sample_count' value='64'/>"),
     ("independent", "seed", "", "<integer name='seed' value='1'/>"),
+    ("sobol", "sample_count", "", "<integer name='sample_count' value='64'/>"),
+    ("sobol", "seed", "", "<integer name='seed' value='1'/>"),
+    ("stratified", "sample_count", "", "<integer name='sample_count' value='64'/>"),
+    ("stratified", "seed", "", "<integer name='seed' value='1'/>"),
+    ("multijitter", "sample_count", "", "<integer name='sample_count' value='64'/>"),
+    ("multijitter", "seed", "", "<integer name='seed' value='1'/>"),
+    ("orthogonal", "sample_count", "", "<integer name='sample_count' value='64'/>"),
+    ("orthogonal", "seed", "", "<integer name='seed' value='1'/>"),
+    ("ldsampler", "sample_count", "", "<integer name='sample_count' value='64'/>"),
+    ("ldsampler", "seed", "", "<integer name='seed' value='1'/>"),
     ("path", "max_depth", "", "<integer name='max_depth' value='8'/>"),
     ("path", "rr_depth", "", "<integer name='rr_depth' value='8'/>"),
     ("path", "hide_emitters", "", "<boolean name='hide_emitters' value='true'/>"),
@@ -217,7 +227,11 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
 
 /// Properties that have no second value to try, are documented to be read and not needed, or are
 /// required and tested by themselves. Meshes are left to `meshes.rs`, because they need files.
-const WITHOUT_EFFECT: [(&str, &str); 10] = [
+const WITHOUT_EFFECT: [(&str, &str); 14] = [
+    ("stratified", "jitter"),
+    ("multijitter", "jitter"),
+    ("orthogonal", "jitter"),
+    ("orthogonal", "strength"),
     ("hdrfilm", "file_format"),
     ("hdrfilm", "sample_border"),
     ("hdrfilm", "compensate"),
@@ -281,6 +295,8 @@ fn defaults_are_mitsubas() {
     assert_eq!(film.filter, Filter::Gaussian { stddev: 0.5 });
     assert_eq!(film.component, ComponentFormat::Half);
     assert_eq!((sampler.samples_per_pixel, sampler.seed), (4, 0));
+    // Mitsuba's is `independent`: what is measured to be better is the default.
+    assert_eq!(sampler.kind, SamplerKind::Sobol);
     assert_eq!(integrator, IntegratorSettings::Path(PathSettings::default()));
     assert_eq!(albedo(&scene, 0), Vec3A::splat(0.5));
     // A <path> without properties is the path tracer's own default, too.

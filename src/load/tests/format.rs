@@ -6,7 +6,7 @@ use std::path::Path;
 use super::super::{LoadOptions, load_scene, load_text};
 use super::{SENSOR, description, load};
 use crate::bsdf::Place;
-use crate::scene::settings::{Filter, IntegratorSettings};
+use crate::scene::settings::{Filter, IntegratorSettings, SamplerKind, SamplerSettings};
 
 #[test]
 fn references_share_materials_and_may_point_forwards() {
@@ -94,6 +94,33 @@ fn several_sensors_and_stray_text_are_warned_about() {
             "scene.xml:3:1: this sensor is not used: the first one of the scene is",
         ]
     );
+}
+
+/// What stands for another sampler says so, and takes the count and the seed from it.
+#[test]
+fn samplers_that_are_replaced_are_named() {
+    let sampler = |name: &str, more: &str| {
+        let text = format!(
+            "<scene version='3.0.0'><sensor type='perspective'>\n<sampler type='{name}'>{more}\
+             <integer name='sample_count' value='8'/><integer name='seed' value='3'/></sampler></sensor></scene>"
+        );
+        let loaded = load(&text).expect("valid");
+        let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+        (loaded.description.sampler, warnings)
+    };
+    let settings = |kind| SamplerSettings { kind, samples_per_pixel: 8, seed: 3 };
+    let sobol = settings(SamplerKind::Sobol);
+    assert_eq!(sampler("independent", ""), (settings(SamplerKind::Independent), vec![]));
+    assert_eq!(sampler("sobol", ""), (sobol, vec![]));
+    for (name, more) in [
+        ("stratified", "<boolean name='jitter' value='false'/>"),
+        ("multijitter", ""),
+        ("orthogonal", "<integer name='strength' value='3'/>"),
+        ("ldsampler", ""),
+    ] {
+        let warning = format!("scene.xml:2:16: sampler `sobol` is used in place of `{name}`");
+        assert_eq!(sampler(name, more), (sobol, vec![warning]));
+    }
 }
 
 /// A scene in the words of Mitsuba 0.6, with all kinds of renamed things.

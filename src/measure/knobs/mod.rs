@@ -178,7 +178,7 @@ pub static KNOBS: &[Knob] = &[
 const BACKENDS: &str = "one of: embree, rust";
 #[cfg(not(feature = "embree"))]
 const BACKENDS: &str = "one of: rust";
-const SAMPLERS: &str = "one of: independent";
+const SAMPLERS: &str = "one of: independent, sobol";
 
 /// Names of all knobs: those of [`KNOBS`], then those of the engines' modes.
 #[must_use]
@@ -300,7 +300,7 @@ mod tests {
             "rr_policy" => ["none", "fixed:0.5"],
             "rr_max_survival" => ["0.5", "0.25"],
             "rr_depth" => ["0", "7"],
-            "sampler" => ["independent", "independent"],
+            "sampler" => ["independent", "sobol"],
             "filter" => ["tent:1", "gaussian:0.5"],
             "threads" => ["1", "4"],
             mode => Accel::modes(Backend::Rust)
@@ -346,6 +346,10 @@ mod tests {
         assert_eq!(
             message("triangle", "exact"),
             "knob `triangle` cannot be `exact` (expected one of: watertight, plain)"
+        );
+        assert_eq!(
+            message("sampler", "halton"),
+            "knob `sampler` cannot be `halton` (expected one of: independent, sobol)"
         );
         for (name, value) in [
             ("spp", "0"),

@@ -5,7 +5,7 @@ use crate::emitter::ChoicePolicy;
 use crate::intersect::Backend;
 use crate::scene::settings::{
     DirectionSampling, Filter, IntegratorSettings, MisHeuristic, PathSettings, Roulette,
-    RoulettePolicy, SamplerKind, Strategy,
+    RoulettePolicy, Strategy,
 };
 
 impl Setting {
@@ -195,11 +195,10 @@ pub(super) fn rr_depth(setting: &mut Setting, value: &str) -> Turn {
 }
 
 pub(super) fn sampler(setting: &mut Setting, value: &str) -> Turn {
-    match value {
-        "independent" => setting.sampler = SamplerKind::Independent,
-        _ => return Turn::Bad,
-    }
-    Turn::Done
+    value.parse().map_or(Turn::Bad, |kind| {
+        setting.sampler = kind;
+        Turn::Done
+    })
 }
 
 pub(super) fn filter(setting: &mut Setting, value: &str) -> Turn {
