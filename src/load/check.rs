@@ -1,15 +1,23 @@
-//! Objects against the table of plugins: what is unknown, missing, misplaced or out of range.
+//! Objects against the table of plugins: what is unknown, missing, misplaced or out of range; and whether the
+//! files that they name exist.
 
-use super::document::Place;
+use super::assemble::Notes;
+use super::document::{Place, Sources};
 use super::graph::{Child, Graph, Node, Property};
 use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
 use super::problem::{Issue, did_you_mean, quoted};
+use super::properties::{Context, Object};
 use super::values::Value;
 use super::{indices, metals};
 
 /// Reports everything in which the objects deviate from the table.
-pub(super) fn check(graph: &Graph, issues: &mut Vec<Issue>) {
-    for node in &graph.nodes {
+pub(super) fn check(graph: &Graph, sources: &Sources, notes: &mut Notes) {
+    let issues = &mut notes.issues;
+    let context = Context::new(graph, sources);
+    for (index, node) in graph.nodes.iter().enumerate() {
+        if let Some(object) = Object::new(&context, index) {
+            check_files(&object, node, issues);
+        }
         match node.category {
             None => check_scene(graph, node, issues),
             Some(category) => match plugins::find(category, &node.plugin) {
@@ -20,6 +28,15 @@ pub(super) fn check(graph: &Graph, issues: &mut Vec<Issue>) {
             },
         }
     }
+}
+
+fn check_files(object: &Object<'_>, node: &Node, issues: &mut Vec<Issue>) {
+    let files = object.plugin().properties.iter().filter(|p| p.kind == Kind::File);
+    let given = files.filter(|info| {
+        let property = node.properties.iter().find(|p| p.name == info.name);
+        property.is_some_and(|p| matches!(p.value, Some(Value::Text(_))))
+    });
+    issues.extend(given.filter_map(|info| object.file(info.name).err()));
 }
 
 fn unknown_plugin(node: &Node, category: Category) -> Issue {
@@ -68,7 +85,10 @@ fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Is
     }
     for info in plugin.properties.iter().filter(|p| p.default == Default::Required) {
         let by_texture = || textures(graph, node).any(|c| c.name == info.name);
-        if !node.properties.iter().any(|p| p.name == info.name) && !by_texture() {
+        if !node.is_incomplete
+            && !node.properties.iter().any(|p| p.name == info.name)
+            && !by_texture()
+        {
             let message = format!("{object} needs the property `{}` ({})", info.name, info.help);
             issues.push(Issue::new(node.place, message));
         }
@@ -158,7 +178,7 @@ fn check_parts(graph: &Graph, node: &Node, plugin: &Plugin, object: &str, issues
             issues.push(Issue::new(child.place, message));
         }
     }
-    for part in plugin.parts {
+    for part in plugin.parts.iter().filter(|_| !node.is_incomplete) {
         if counts[part.category as usize] < part.least {
             let tag = part.category.tag();
             let message = match (part.least, counts[part.category as usize]) {

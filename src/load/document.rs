@@ -27,6 +27,11 @@ impl Place {
         Self { file, start: clamp(range.start), end: clamp(range.end) }
     }
 
+    /// Sorts places as the files are read: by file, the file as a whole first.
+    pub(super) fn order(self) -> (u32, u32) {
+        (self.file, self.start.wrapping_add(1))
+    }
+
     /// The file as a whole.
     pub(super) fn whole(file: u32) -> Self {
         Self { file, start: u32::MAX, end: u32::MAX }
@@ -152,6 +157,8 @@ pub(super) struct Attribute {
     pub(super) place: Place,
     /// What stands between the quotes.
     pub(super) value_place: Place,
+    /// Whether the value is not known, which has been reported; it is empty then.
+    pub(super) unknown: bool,
 }
 
 impl Element {
@@ -168,6 +175,11 @@ impl Element {
     /// Where the attribute's value stands, or else the element.
     pub(super) fn place_of(&self, name: &str) -> Place {
         self.attribute(name).map_or(self.place, |a| a.value_place)
+    }
+
+    /// Whether it, or something inside it, has an attribute whose value is not known.
+    pub(super) fn has_unknowns(&self) -> bool {
+        self.attributes.iter().any(|a| a.unknown) || self.children.iter().any(Self::has_unknowns)
     }
 
     /// Whether the element has all `required` attributes and none but those and `optional` ones.
@@ -259,6 +271,7 @@ fn convert(node: roxmltree::Node<'_, '_>, file: u32, depth: usize) -> Result<Ele
             value: a.value().to_owned(),
             place: Place::new(file, a.range()),
             value_place: Place::new(file, a.range_value()),
+            unknown: false,
         })
         .collect();
     let mut element =

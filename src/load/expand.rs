@@ -30,6 +30,8 @@ pub(super) struct Expander {
     pub(super) issues: Vec<Issue>,
     /// What may not be as meant.
     pub(super) warnings: Vec<Issue>,
+    /// Whether elements are missing from the tree, because of one of the issues.
+    pub(super) incomplete: bool,
     /// Canonical names of the files that are open, outermost first.
     open: Vec<PathBuf>,
     includes: usize,
@@ -43,6 +45,7 @@ impl Expander {
             parameters,
             issues: Vec::new(),
             warnings: Vec::new(),
+            incomplete: false,
             open: Vec::new(),
             includes: 0,
             elements: 0,
@@ -75,12 +78,14 @@ impl Expander {
             Ok(root) => root,
             Err(issue) => {
                 self.issues.push(issue);
+                self.incomplete = true;
                 return None;
             }
         };
         if matches!(root.tag.as_str(), "default" | "include" | "path") {
             let message = format!("<{}> cannot be the outermost element of a file", root.tag);
             self.issues.push(Issue::new(root.place, message));
+            self.incomplete = true;
             return None;
         }
         self.open.push(path.canonicalize().unwrap_or_else(|_| path.to_owned()));
@@ -127,6 +132,7 @@ impl Expander {
             if self.elements == MAX_ELEMENTS + 1 {
                 let message = format!("the scene has more than {MAX_ELEMENTS} elements");
                 self.issues.push(Issue::new(element.place, message));
+                self.incomplete = true;
             }
             return;
         }
@@ -174,12 +180,14 @@ impl Expander {
                 ),
             };
             self.issues.push(issue);
+            attribute.value.clear();
+            attribute.unknown = true;
         }
     }
 
     fn default(&mut self, element: &Element) {
         let complete = element.check_attributes(&["name", "value"], &[], &mut self.issues);
-        if !element.check_childless(&mut self.issues) || !complete {
+        if !element.check_childless(&mut self.issues) || !complete || element.has_unknowns() {
             return;
         }
         if element.value("name").is_empty() {
@@ -192,7 +200,7 @@ impl Expander {
 
     fn path(&mut self, element: &Element) {
         let complete = element.check_attributes(&["value"], &[], &mut self.issues);
-        if !element.check_childless(&mut self.issues) || !complete {
+        if !element.check_childless(&mut self.issues) || !complete || element.has_unknowns() {
             return;
         }
         let place = element.place_of("value");
@@ -209,11 +217,15 @@ impl Expander {
 
     fn include(&mut self, element: &Element, out: &mut Vec<Element>) {
         let complete = element.check_attributes(&["filename"], &["name"], &mut self.issues);
-        if !element.check_childless(&mut self.issues) || !complete {
+        if !element.check_childless(&mut self.issues) || !complete || element.has_unknowns() {
+            self.incomplete = true;
             return;
         }
         match self.open_include(element) {
-            Err(issue) => self.issues.push(issue),
+            Err(issue) => {
+                self.issues.push(issue);
+                self.incomplete = true;
+            }
             Ok((path, file)) => {
                 let Some(mut root) = self.root(&path, file) else {
                     return;

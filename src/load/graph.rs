@@ -31,6 +31,8 @@ pub(super) struct Node {
     pub(super) properties: Vec<Property>,
     /// Objects inside it, in the order of the file.
     pub(super) children: Vec<Child>,
+    /// Whether a reference in it leads nowhere, which has been reported.
+    pub(super) is_incomplete: bool,
 }
 
 /// A property of an object.
@@ -61,13 +63,15 @@ pub(super) struct Child {
 
 /// The objects of a tree.
 ///
-/// References that lead nowhere or in circles are reported and left out.
-pub(super) fn build(root: &Element, issues: &mut Vec<Issue>) -> Graph {
+/// References that lead nowhere or in circles are reported and left out. In a tree that is `incomplete`
+/// their targets may be what is missing: then the former are not reported.
+pub(super) fn build(root: &Element, incomplete: bool, issues: &mut Vec<Issue>) -> Graph {
     let mut builder = Builder {
         graph: Graph::default(),
         ids: BTreeMap::new(),
         property_names: HashSet::new(),
         references: Vec::new(),
+        incomplete,
         issues,
     };
     if root.tag == "scene" {
@@ -87,6 +91,7 @@ struct Builder<'a> {
     /// Object and name of every property.
     property_names: HashSet<(usize, String)>,
     references: Vec<Reference>,
+    incomplete: bool,
     issues: &'a mut Vec<Issue>,
 }
 
@@ -138,6 +143,7 @@ impl Builder<'_> {
             place: element.place,
             properties: Vec::new(),
             children: Vec::new(),
+            is_incomplete: false,
         });
         self.contents(element, 0);
     }
@@ -147,6 +153,7 @@ impl Builder<'_> {
         element.check_attributes(&["type"], &["id", "name"], self.issues);
         let index = self.graph.nodes.len();
         let id = element.value("id").to_owned();
+        self.incomplete |= element.attribute("id").is_some_and(|a| a.unknown);
         if !id.is_empty() {
             self.register(&id, index, element.place_of("id"));
         }
@@ -158,6 +165,7 @@ impl Builder<'_> {
             place: element.place,
             properties: Vec::new(),
             children: Vec::new(),
+            is_incomplete: false,
         });
         self.contents(element, index);
         index
@@ -188,14 +196,23 @@ impl Builder<'_> {
                 }
                 Role::Reference => self.reference(element, index),
                 Role::Alias => self.alias(element),
-                Role::Unsupported(help) => self.issues.push(
-                    Issue::new(
-                        element.place_of("type"),
-                        format!("<{}> `{}` is not supported", element.tag, element.value("type")),
-                    )
-                    .with_help(help),
-                ),
+                Role::Unsupported(help) => self.unsupported(element, help),
                 Role::Unknown => self.unknown(element, object),
+            }
+        }
+    }
+
+    /// Reports an element that nothing is known of, and what is unsupported inside it as well.
+    fn unsupported(&mut self, element: &Element, help: &str) {
+        let message = format!("<{}> `{}` is not supported", element.tag, element.value("type"));
+        self.issues.push(Issue::new(element.place_of("type"), message).with_help(help));
+        for inner in &element.children {
+            match role(inner) {
+                Role::Unsupported(help) => self.unsupported(inner, help),
+                Role::Object(category) => {
+                    self.object(inner, category);
+                }
+                _ => {}
             }
         }
     }
@@ -215,7 +232,7 @@ impl Builder<'_> {
     }
 
     fn property(&mut self, element: &Element, index: usize) {
-        let value = values::read(element).map_err(|issue| self.issues.push(issue)).ok();
+        let value = values::read(element, self.issues);
         let name = element.value("name");
         if name.is_empty() {
             return;
@@ -236,7 +253,8 @@ impl Builder<'_> {
 
     fn reference(&mut self, element: &Element, index: usize) {
         let complete = element.check_attributes(&["id"], &["name"], self.issues);
-        if !element.check_childless(self.issues) || !complete {
+        if !element.check_childless(self.issues) || !complete || element.has_unknowns() {
+            self.graph.nodes[index].is_incomplete = true;
             return;
         }
         let children = &mut self.graph.nodes[index].children;
@@ -256,11 +274,13 @@ impl Builder<'_> {
 
     fn alias(&mut self, element: &Element) {
         let complete = element.check_attributes(&["id", "as"], &[], self.issues);
-        if !element.check_childless(self.issues) || !complete {
+        if !element.check_childless(self.issues) || !complete || element.has_unknowns() {
+            self.incomplete = true;
             return;
         }
         match self.ids.get(element.value("id")) {
             Some(&index) => self.register(element.value("as"), index, element.place_of("as")),
+            None if self.incomplete => {}
             None => {
                 let id = element.value("id");
                 let hint = self.closest_id(id);
@@ -280,7 +300,8 @@ impl Builder<'_> {
     fn resolve(&mut self) {
         for reference in std::mem::take(&mut self.references) {
             let target = self.ids.get(&reference.id).copied();
-            if target.is_none() {
+            self.graph.nodes[reference.from].is_incomplete |= target.is_none();
+            if target.is_none() && !self.incomplete {
                 let hint = self.closest_id(&reference.id);
                 let message = format!("there is no object with the id `{}`{hint}", reference.id);
                 self.issues.push(Issue::new(reference.place, message));

@@ -3,8 +3,9 @@
 //! A scene passes through stages, one file each: `document` reads XML and keeps positions, `expand`
 //! joins included files and substitutes parameters, `upgrade` brings older versions up to date, `graph`
 //! finds objects and references, `check` compares them with the table of [`plugins`], and `assemble`
-//! calls the constructors that the table names. Every stage reports all that it finds wrong; the next one
-//! runs only if there is nothing.
+//! calls the constructors that the table names. Every stage reports all that it finds wrong. Those up to the
+//! check run in any case, so that one error says all that is unsupported; objects are built only if there
+//! is none.
 
 use std::path::Path;
 
@@ -86,7 +87,7 @@ fn load(
 ) -> Result<Loaded, LoadError> {
     let mut expander = Expander::new(Parameters::new(&options.defines));
     let root = open(&mut expander);
-    let Expander { sources, parameters, issues, mut warnings, .. } = expander;
+    let Expander { sources, parameters, issues, mut warnings, incomplete, .. } = expander;
     warnings.extend(parameters.unused().map(|(name, value)| {
         Issue::new(
             Place::whole(0),
@@ -99,11 +100,12 @@ fn load(
         issues => Err(LoadError::new(issues, &sources)),
     };
 
-    fail_on_issues(&notes)?;
-    let mut root = root.expect("a file without issues has a root");
+    let Some(mut root) = root else {
+        return Err(LoadError::new(&notes.issues, &sources));
+    };
     upgrade::upgrade(&mut root, &sources);
-    let graph = graph::build(&root, &mut notes.issues);
-    check::check(&graph, &mut notes.issues);
+    let graph = graph::build(&root, incomplete, &mut notes.issues);
+    check::check(&graph, &sources, &mut notes);
     fail_on_issues(&notes)?;
     let description = assemble::assemble(&graph, &sources, &mut notes);
     fail_on_issues(&notes)?;

@@ -32,6 +32,8 @@ impl LoadError {
     pub const MOST: usize = 50;
 
     pub(super) fn new(issues: &[Issue], sources: &Sources) -> Self {
+        let mut issues: Vec<_> = issues.iter().collect();
+        issues.sort_by_key(|issue| issue.place.order());
         let problems = issues.iter().take(Self::MOST).map(|i| i.resolve(sources)).collect();
         Self { problems, more: issues.len().saturating_sub(Self::MOST) }
     }

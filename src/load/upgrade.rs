@@ -58,6 +58,7 @@ fn offsets_to_map(texture: &mut Element) {
         value: "to_uv".into(),
         place: first.place,
         value_place: first.place,
+        unknown: false,
     };
     let map = Element {
         tag: "transform".into(),

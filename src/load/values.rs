@@ -44,15 +44,20 @@ impl Value {
 pub(super) const TAGS: [&str; 9] =
     ["boolean", "integer", "float", "string", "point", "vector", "rgb", "spectrum", "transform"];
 
-/// The value that an element of [`TAGS`] gives.
-///
-/// # Errors
-/// The first thing that is wrong with it.
-pub(super) fn read(element: &Element) -> Result<Value, Issue> {
-    let mut issues = Vec::new();
+/// The value that an element of [`TAGS`] gives; `None` if something is wrong with it, which is then noted.
+pub(super) fn read(element: &Element, issues: &mut Vec<Issue>) -> Option<Value> {
+    if !check_form(element, issues) || element.has_unknowns() {
+        return None;
+    }
+    parse(element).map_err(|issue| issues.push(issue)).ok()
+}
+
+/// Whether an element has the attributes and the contents that it should.
+fn check_form(element: &Element, issues: &mut Vec<Issue>) -> bool {
+    let before = issues.len();
     match element.tag.as_str() {
         "transform" => {
-            element.check_attributes(&["name"], &[], &mut issues);
+            element.check_attributes(&["name"], &[], issues);
         }
         "point" | "vector" => {
             let coordinates: &[&str] = if element.attribute("value").is_some() {
@@ -60,20 +65,21 @@ pub(super) fn read(element: &Element) -> Result<Value, Issue> {
             } else {
                 &["name", "x", "y", "z"]
             };
-            element.check_attributes(coordinates, &[], &mut issues);
-            element.check_childless(&mut issues);
+            element.check_attributes(coordinates, &[], issues);
+            element.check_childless(issues);
         }
         "spectrum" if element.attribute("filename").is_some() => {
-            return Err(not_a_colour(element.place_of("filename"), "spectra from files"));
+            issues.push(not_a_colour(element.place_of("filename"), "spectra from files"));
         }
         _ => {
-            element.check_attributes(&["name", "value"], &[], &mut issues);
-            element.check_childless(&mut issues);
+            element.check_attributes(&["name", "value"], &[], issues);
+            element.check_childless(issues);
         }
     }
-    if !issues.is_empty() {
-        return Err(issues.swap_remove(0));
-    }
+    issues.len() == before
+}
+
+fn parse(element: &Element) -> Result<Value, Issue> {
     let (text, place) = (element.value("value"), element.place_of("value"));
     Ok(match element.tag.as_str() {
         "boolean" => Value::Boolean(parse_boolean(text, place)?),

@@ -65,12 +65,51 @@ fn files_as_a_whole_are_judged() {
 fn problems_are_collected() {
     let error = load(
         "<scene version='3.0.0'>\n<shape type='hair'/>\n<bsdf type='diffuse'><float name='a' value='x'/></bsdf>\n\
-         <sensor type='thinlens'/>\n<shape type='cube'><float name='size' value='1'/></shape></scene>",
+         <sensor type='fisheye'/>\n<shape type='cube'><float name='size' value='1'/></shape></scene>",
     )
     .expect_err("wrong");
     let lines: Vec<_> =
         error.problems().iter().filter_map(|p| p.position.as_ref()).map(|p| p.line).collect();
-    assert_eq!((lines, error.more()), (vec![3, 2, 3, 4, 5], 0));
+    assert_eq!((lines, error.more()), (vec![2, 3, 3, 4, 5], 0));
+}
+
+/// What one stage finds hides nothing of what the next ones find, and leads to no problem that is none.
+#[test]
+fn no_problem_hides_another() {
+    let error = load(
+        "<scene version='3.0.0'>
+<shape type='$kind' id='$name'/>
+<include filename='none.xml'/>
+<shape type='sphere'><float name='radius' value='$r'/><float name='radios' value='1'/><ref id='a'/></shape>
+<bsdf type='principled'><texture type='wood'><texture type='marble'/><bsdf type='velvet'/></texture></bsdf>
+<shape type='obj'><string name='filename' value='none.obj'/><ref id='in none.xml'/></shape>
+<shape type='ply'><string name='filename' value='$mesh'/></shape>
+<sensor type='fisheye'><float name='x' values='1' y='2'/></sensor>
+<integrator type='path'><integer name='max_depth' value='many'/></integrator>
+</scene>",
+    )
+    .expect_err("wrong");
+    let said: Vec<_> = error.problems().iter().map(ToString::to_string).collect();
+    let expected = [
+        "2:14: undefined parameter `$kind`",
+        "2:25: undefined parameter `$name`",
+        "3:20: there is no file `none.xml`",
+        "4:50: undefined parameter `$r`",
+        "4:68: shape `sphere`: unexpected property `radios` (did you mean `radius`?)",
+        "5:13: bsdf `principled` is not supported",
+        "5:40: texture `wood` is not supported",
+        "5:61: texture `marble` is not supported",
+        "5:82: bsdf `velvet` is not supported",
+        "6:50: there is no file `none.obj`",
+        "7:50: undefined parameter `$mesh`",
+        "8:15: sensor `fisheye` is not supported",
+        "8:24: <float> lacks the attribute `value`",
+        "8:40: unexpected attribute `values` in <float> (did you mean `value`?)",
+        "8:51: unexpected attribute `y` in <float>",
+        "9:58: `many` is not a whole number",
+    ];
+    let expected = expected.map(|line| format!("scene.xml:{line}"));
+    assert_eq!(said.join("\n"), expected.join("\n"));
 }
 
 /// Spans hold the offending text, in characters and bytes that differ.
