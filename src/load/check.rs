@@ -7,12 +7,13 @@ use super::graph::{Child, Graph, Node, Property};
 use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
 use super::problem::{Issue, did_you_mean, quoted};
 use super::properties::{Context, Object};
+use super::spectrum::{Role, Spectrum};
 use super::values::Value;
 use super::{indices, metals};
 
 /// Reports everything in which the objects deviate from the table.
 pub(super) fn check(graph: &Graph, sources: &Sources, notes: &mut Notes) {
-    let issues = &mut notes.issues;
+    let Notes { issues, warnings } = notes;
     let context = Context::new(graph, sources);
     for (index, node) in graph.nodes.iter().enumerate() {
         if let Some(object) = Object::new(&context, index) {
@@ -21,7 +22,7 @@ pub(super) fn check(graph: &Graph, sources: &Sources, notes: &mut Notes) {
         match node.category {
             None => check_scene(graph, node, issues),
             Some(category) => match plugins::find(category, &node.plugin) {
-                Some(plugin) => check_object(graph, node, plugin, issues),
+                Some(plugin) => check_object(graph, node, plugin, issues, warnings),
                 // An object without a type has been reported.
                 None if node.plugin.is_empty() => {}
                 None => issues.push(unknown_plugin(node, category)),
@@ -68,7 +69,13 @@ fn check_scene(graph: &Graph, scene: &Node, issues: &mut Vec<Issue>) {
     }
 }
 
-fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Issue>) {
+fn check_object(
+    graph: &Graph,
+    node: &Node,
+    plugin: &Plugin,
+    issues: &mut Vec<Issue>,
+    warnings: &mut Vec<Issue>,
+) {
     let object = format!("{} `{}`", plugin.category().tag(), plugin.name);
     for child in textures(graph, node) {
         check_texture(node, child, plugin, &object, issues);
@@ -78,6 +85,12 @@ fn check_object(graph: &Graph, node: &Node, plugin: &Plugin, issues: &mut Vec<Is
             (None, _) => {
                 let Property { name, name_place, .. } = property;
                 issues.push(unknown_property(name, *name_place, &object, plugin));
+            }
+            (Some(info), Some(Value::Spectrum(s))) if info.kind.color_bounds().is_some() => {
+                match check_spectrum(property, s, info, plugin.light()) {
+                    Ok(warning) => warnings.extend(warning),
+                    Err(issue) => issues.push(issue),
+                }
             }
             (Some(info), Some(value)) => issues.extend(check_value(property, value, info)),
             (Some(_), None) => {}
@@ -241,6 +254,42 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
         }
         _ => wrong_kind(),
     }
+}
+
+/// A warning if the spectrum has no colour within bounds, so that the closest is taken (as in Mitsuba).
+fn check_spectrum(
+    property: &Property,
+    spectrum: &Spectrum,
+    info: &PropertyInfo,
+    role: Role,
+) -> Result<Option<Issue>, Issue> {
+    let name = &property.name;
+    let Some(bounds) = info.kind.color_bounds() else {
+        return Ok(None);
+    };
+    if let Some(v) = spectrum.values().into_iter().find(|&v| !bounds.contain(v)) {
+        let message = format!("`{name}` has a value of {v} (expected: {})", info.kind);
+        return Err(Issue::new(property.value_place, message));
+    }
+    if matches!(spectrum, Spectrum::BlackBody(_)) && role != Role::Emission {
+        let message = format!("`{name}` is a black body, which is a light (expected: a colour)");
+        return Err(Issue::new(property.value_place, message));
+    }
+    let rgb = spectrum.linear_srgb(role);
+    if rgb.max_element() > f64::from(f32::MAX) {
+        let message = format!("`{name}` is brighter than an f32 can hold");
+        return Err(Issue::new(property.value_place, message));
+    }
+    let clamped = bounds.clamp(rgb);
+    Ok((clamped != rgb).then(|| {
+        let list = |c: glam::DVec3| format!("({:.4}, {:.4}, {:.4})", c.x, c.y, c.z);
+        let message = format!(
+            "`{name}` is a spectrum whose colour {} is out of gamut; {} is taken",
+            list(rgb),
+            list(clamped)
+        );
+        Issue::new(property.value_place, message)
+    }))
 }
 
 fn unknown_name(property: &Property, what: &str, name: &str, known: &[&str]) -> Issue {

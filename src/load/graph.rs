@@ -114,8 +114,6 @@ enum Role {
     Unknown,
 }
 
-const COLOURS_ONLY: &str =
-    "give the property one colour, as in <rgb name=\"reflectance\" value=\"0.5, 0.5, 0.5\"/>";
 const NO_MEDIA: &str = "light travels through vacuum here; remove it, and what refers to it";
 
 fn role(element: &Element) -> Role {
@@ -123,7 +121,6 @@ fn role(element: &Element) -> Role {
     match tag {
         "ref" => Role::Reference,
         "alias" => Role::Alias,
-        "spectrum" if element.attribute("type").is_some() => Role::Unsupported(COLOURS_ONLY),
         "medium" | "phase" | "volume" | "field" => Role::Unsupported(NO_MEDIA),
         _ if values::TAGS.contains(&tag) => Role::Property,
         _ => Category::ALL

@@ -32,6 +32,7 @@ mod rough;
 mod sampler;
 mod sensor;
 mod shape;
+mod spectrum;
 mod substitute;
 mod texture;
 mod transform;

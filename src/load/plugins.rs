@@ -4,10 +4,13 @@
 use std::fmt;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::emitter::Light;
 use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
+use super::spectrum::Role;
 use super::{bsdf, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
 use crate::camera::Perspective;
@@ -101,6 +104,11 @@ impl Plugin {
         }
     }
 
+    /// What spectra among its properties describe.
+    pub(super) fn light(&self) -> Role {
+        if self.category() == Category::Emitter { Role::Emission } else { Role::Material }
+    }
+
     pub(super) fn property(&self, name: &str) -> Option<&'static PropertyInfo> {
         self.properties.iter().find(|p| p.name == name)
     }
@@ -166,7 +174,7 @@ pub enum Kind {
     Point,
     /// `<transform>`
     Transform,
-    /// `<rgb>`, or one number for all channels.
+    /// `<rgb>`, `<srgb>`, `<spectrum>`, or one number for all channels.
     Rgb(Bounds),
     /// The same, or `<texture>`.
     RgbTexture(Bounds),
@@ -176,6 +184,18 @@ pub enum Kind {
     RefractiveIndex,
     /// `<string>` that names a metal, or is `none`.
     Metal,
+}
+
+impl Kind {
+    /// Where the channels of a colour must lie; `None` if it takes none.
+    pub(super) fn color_bounds(self) -> Option<Bounds> {
+        match self {
+            Self::Rgb(bounds) | Self::RgbTexture(bounds) | Self::FloatTexture(bounds) => {
+                Some(bounds)
+            }
+            _ => None,
+        }
+    }
 }
 
 /// A range of numbers.
@@ -204,6 +224,17 @@ impl Bounds {
                 Self::Unit => (0.0..=1.0).contains(&value),
                 Self::Probability => value as f32 > 0.0 && value <= 1.0,
             }
+    }
+}
+
+impl Bounds {
+    /// The closest colour within.
+    pub(super) fn clamp(self, rgb: DVec3) -> DVec3 {
+        match self {
+            Self::Any => rgb,
+            Self::Positive | Self::NotNegative => rgb.max(DVec3::ZERO),
+            Self::Unit | Self::Probability => rgb.clamp(DVec3::ZERO, DVec3::ONE),
+        }
     }
 }
 

@@ -224,6 +224,11 @@ impl<'a> Object<'a> {
     pub(super) fn rgb(&self, name: &str) -> Rgb {
         match (self.value(name), self.number(name), self.default(name)) {
             (Some(Value::Rgb(v)), _, _) => v.as_vec3a(),
+            (Some(Value::Spectrum(s)), _, _) => {
+                let kind = self.plugin.property(name).expect(IN_TABLE).kind;
+                let bounds = kind.color_bounds().expect(IN_TABLE);
+                bounds.clamp(s.linear_srgb(self.plugin.light())).as_vec3a()
+            }
             (_, Some(v), _) | (_, _, Default::Grey(v)) => Rgb::splat(v as f32),
             _ => unreachable!("{IN_TABLE}"),
         }
@@ -249,7 +254,7 @@ impl<'a> Object<'a> {
             return Ok(Textured::Varying(texture.texture()?));
         }
         Ok(Textured::Uniform(match self.value(name) {
-            Some(Value::Rgb(rgb)) => (rgb.element_sum() / 3.0) as f32,
+            Some(Value::Rgb(_) | Value::Spectrum(_)) => self.rgb(name).element_sum() / 3.0,
             _ => self.float(name) as f32,
         }))
     }

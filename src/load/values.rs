@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use super::document::{Element, Place};
 use super::problem::Issue;
+use super::spectrum::{self, Spectrum};
 use super::transform;
 
 /// The value of a property.
@@ -19,8 +20,10 @@ pub(super) enum Value {
     Text(String),
     /// `<point>` or `<vector>`
     Point(DVec3),
-    /// `<rgb>`, or a `<spectrum>` of one number: linear sRGB.
+    /// `<rgb>` or `<srgb>`: linear sRGB.
     Rgb(DVec3),
+    /// `<spectrum>`
+    Spectrum(Spectrum),
     /// `<transform>`
     Transform(DAffine3),
 }
@@ -35,14 +38,25 @@ impl Value {
             Self::Text(_) => "a string",
             Self::Point(_) => "a point",
             Self::Rgb(_) => "a colour",
+            Self::Spectrum(_) => "a spectrum",
             Self::Transform(_) => "a transform",
         }
     }
 }
 
 /// Elements that give a property.
-pub(super) const TAGS: [&str; 9] =
-    ["boolean", "integer", "float", "string", "point", "vector", "rgb", "spectrum", "transform"];
+pub(super) const TAGS: [&str; 10] = [
+    "boolean",
+    "integer",
+    "float",
+    "string",
+    "point",
+    "vector",
+    "rgb",
+    "srgb",
+    "spectrum",
+    "transform",
+];
 
 /// The value that an element of [`TAGS`] gives; `None` if something is wrong with it, which is then noted.
 pub(super) fn read(element: &Element, issues: &mut Vec<Issue>) -> Option<Value> {
@@ -68,8 +82,14 @@ fn check_form(element: &Element, issues: &mut Vec<Issue>) -> bool {
             element.check_attributes(coordinates, &[], issues);
             element.check_childless(issues);
         }
+        "spectrum" if element.attribute("type").is_some() => {
+            element.check_attributes(&["type", "name"], &[], issues);
+        }
         "spectrum" if element.attribute("filename").is_some() => {
-            issues.push(not_a_colour(element.place_of("filename"), "spectra from files"));
+            let message = "spectra from files are not supported";
+            let help =
+                "write the file's pairs of wavelength and value as value=\"400:0.1, 700:0.8\"";
+            issues.push(Issue::new(element.place_of("filename"), message).with_help(help));
         }
         _ => {
             element.check_attributes(&["name", "value"], &[], issues);
@@ -87,7 +107,9 @@ fn parse(element: &Element) -> Result<Value, Issue> {
         "float" => Value::Float(parse_number(text, place)?),
         "point" | "vector" => Value::Point(parse_point(element)?),
         "rgb" => Value::Rgb(parse_rgb(text, place)?),
-        "spectrum" => Value::Rgb(parse_spectrum(text, place)?),
+        "srgb" => Value::Rgb(parse_srgb(text, place)?),
+        "spectrum" if element.attribute("type").is_some() => spectrum::read_typed(element)?,
+        "spectrum" => spectrum::parse(text, place)?,
         "transform" => Value::Transform(transform::read(element)?),
         _ => Value::Text(text.to_owned()),
     })
@@ -138,28 +160,28 @@ fn parse_rgb(text: &str, place: Place) -> Result<DVec3, Issue> {
     if text.trim_start().starts_with('#') {
         let message = format!("`{text}` is hexadecimal, which is not supported");
         return Err(
-            Issue::new(place, message).with_help("write linear sRGB as in value=\"0.8, 0.2, 0.1\"")
+            Issue::new(place, message).with_help(
+                "write linear sRGB as in value=\"0.8, 0.2, 0.1\", or <srgb name=\"…\" value=\"#e67c59\"/>",
+            )
         );
     }
     transform::triple(text, place)
 }
 
-fn parse_spectrum(text: &str, place: Place) -> Result<DVec3, Issue> {
-    if text.contains(':') {
-        return Err(not_a_colour(place, "spectra by wavelength"));
-    }
-    match *numbers(text, place)?.as_slice() {
-        [v] => Ok(DVec3::splat(v)),
-        ref list => {
-            let message = format!("a <spectrum> has 1 number, found {}", list.len());
-            let help = "write a colour as <rgb name=\"…\" value=\"r, g, b\"/>";
-            Err(Issue::new(place, message).with_help(help))
+/// A colour as screens take it: three numbers from 0 to 1, or `#rrggbb`.
+fn parse_srgb(text: &str, place: Place) -> Result<DVec3, Issue> {
+    let encoded = match text.trim().strip_prefix('#') {
+        None => transform::triple(text, place)?,
+        Some(digits) => {
+            let number = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6);
+            let number = number.ok_or_else(|| {
+                Issue::new(place, format!("`{text}` is not a colour (expected one like #e67c59)"))
+            })?;
+            let [_, r, g, b] = number.to_be_bytes();
+            DVec3::new(r.into(), g.into(), b.into()) / 255.0
         }
-    }
-}
-
-fn not_a_colour(place: Place, what: &str) -> Issue {
-    Issue::new(place, format!("{what} are not supported")).with_help(
-        "use <rgb name=\"…\" value=\"r, g, b\"/> (linear sRGB) or a <spectrum> of one number",
-    )
+    };
+    // IEC 61966-2-1.
+    let linear = |v: f64| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+    Ok(DVec3::from_array(encoded.to_array().map(linear)))
 }

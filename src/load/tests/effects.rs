@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3, Vec3A};
 use super::super::plugins::{Category, Kind, Plugin, supported};
 use super::{description, load};
 use crate::bsdf::{Bsdf, Place};
+use crate::emitter::Sight;
 use crate::scene::settings::*;
 use crate::scene::{Description, Scene};
 
@@ -306,6 +307,71 @@ fn defaults_are_mitsubas() {
 
 fn albedo(scene: &Scene, object: usize) -> Vec3A {
     scene.bsdfs()[scene.objects()[object].bsdf].albedo(&Place::default(), Vec3A::Z)
+}
+
+/// The same spectrum is another colour as a light than as a material, and a number is always grey.
+#[test]
+fn spectra_become_colours() {
+    let scene = |reflectance: &str, radiance: &str| {
+        let text = format!(
+            "<scene version='3.0.0'>\n<shape type='cube'><bsdf type='diffuse'>{reflectance}</bsdf></shape>\
+             <emitter type='constant'>{radiance}</emitter><sensor type='perspective'/></scene>"
+        );
+        let loaded = load(&text).unwrap_or_else(|e| panic!("{text}\n{e}"));
+        let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+        let scene = loaded.description.scene;
+        let sight = Sight { from: Vec3A::ZERO, direction: Vec3A::Z, surface: None };
+        let (_, sky) = scene.environment().expect("there is one");
+        (albedo(&scene, 0), sky.radiance(&sight), warnings)
+    };
+    let of = |value: &str| {
+        scene(
+            &format!("<spectrum name='reflectance' {value}/>"),
+            &format!("<spectrum name='radiance' {value}/>"),
+        )
+    };
+    // Figures of Mitsuba 3.9.1 (scalar_rgb).
+    let (reflectance, radiance, warnings) = of("value='400:0.5,700:0.8'");
+    assert!(reflectance.abs_diff_eq(Vec3A::new(0.738_916, 0.642_815, 0.538_267), 1e-5));
+    assert!(radiance.x > radiance.z && warnings.is_empty(), "{radiance}");
+    let (reflectance, radiance, warnings) = of("value='400:0.1, 500:0.8, 600:0.3'");
+    assert!(reflectance.abs_diff_eq(Vec3A::new(0.0, 0.634_591, 0.473_492), 1e-5));
+    assert!(radiance.abs_diff_eq(Vec3A::new(0.0, 0.603_007, 0.420_922), 1e-5));
+    assert_eq!(
+        warnings,
+        [
+            "scene.xml:2:77: `reflectance` is a spectrum whose colour (-0.0939, 0.6346, 0.4735) is out of \
+             gamut; (0.0000, 0.6346, 0.4735) is taken",
+            "scene.xml:2:178: `radiance` is a spectrum whose colour (-0.0539, 0.6030, 0.4209) is out of \
+             gamut; (0.0000, 0.6030, 0.4209) is taken",
+        ]
+    );
+    let (reflectance, radiance, _) = of("value='0.5'");
+    assert_eq!(reflectance, Vec3A::splat(0.5));
+    assert!(radiance.abs_diff_eq(Vec3A::new(0.602_397, 0.474_146, 0.454_458), 1e-6));
+    let typed = |name: &str, kind: &str, parameter: &str| {
+        format!(
+            "<spectrum type='{kind}' name='{name}'><float name='{parameter}' value='0.25'/></spectrum>"
+        )
+    };
+    for (kind, parameter) in [("uniform", "value"), ("d65", "scale")] {
+        let name = |name| typed(name, kind, parameter);
+        let (reflectance, radiance, _) = scene(&name("reflectance"), &name("radiance"));
+        assert_eq!((reflectance, radiance), (Vec3A::splat(0.25), Vec3A::splat(0.25)));
+    }
+    // (0.5 + 0.055 over 1.055) to the power of 2.4, and 0x80 / 255 likewise.
+    let (reflectance, radiance, _) = scene(
+        "<srgb name='reflectance' value='0.5 0 1'/>",
+        "<srgb name='radiance' value='#80ff00'/>",
+    );
+    assert!(reflectance.abs_diff_eq(Vec3A::new(0.214_041, 0.0, 1.0), 1e-6), "{reflectance}");
+    assert!(radiance.abs_diff_eq(Vec3A::new(0.215_861, 1.0, 0.0), 1e-6), "{radiance}");
+    // Where a number is asked for, it is the mean.
+    let rough = |alpha: &str| {
+        format!("{:?}", description(&format!("<bsdf type='roughconductor'>{alpha}</bsdf>")).scene)
+    };
+    let spectrum = rough("<spectrum name='alpha' value='0.25'/>");
+    assert_eq!(spectrum, rough("<float name='alpha' value='0.25'/>"));
 }
 
 #[test]
