@@ -5,6 +5,7 @@ mod support;
 use support::command::Folder;
 use telamon::film::exr::{Metadata, write_exr};
 use telamon::film::picture::{Channel, Picture, Values};
+use telamon::film::read::read_exr;
 use telamon::scene::settings::{ComponentFormat, Crop};
 
 /// Writes grey pixels on a film of 4x3, from `x` on in row 1, with a variance of `variance` for each of 4
@@ -92,6 +93,25 @@ fn differences_beyond_noise_are_told() {
     let last = run.stdout.lines().last().expect("a line");
     let expected = "A and B differ by more than their noise: 3 of 6 numbers differ beyond chance";
     assert!(last.starts_with(expected), "{last}");
+    assert_eq!(run.stderr, "");
+}
+
+/// Samples that are spread evenly say less of the noise of their mean.
+#[test]
+fn even_samples_are_pointed_out() {
+    let folder = Folder::new();
+    write(&folder, "a.exr", 0, &[1.0, 0.5], Some(0.01));
+    write(&folder, "b.exr", 0, &[1.0, 0.5], None);
+    let metadata = Metadata { sampler: "sobol".to_owned(), ..Metadata::default() };
+    for name in ["a.exr", "b.exr"] {
+        let picture = read_exr(&folder.path(name)).expect("readable");
+        write_exr(&folder.path(name), &picture, &metadata).expect("writable");
+    }
+    assert_eq!(
+        folder.succeed("compare a.exr b.exr").stderr,
+        "warning: `a.exr` was rendered with sampler `sobol`, so it is less noisy than its variance says \
+         (expected one of `telamon render --variance --sampler independent`)\n"
+    );
 }
 
 #[test]

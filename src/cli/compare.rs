@@ -6,9 +6,10 @@ use clap::Args;
 use telamon::film::exr::{Metadata, write_exr};
 use telamon::film::output::{FileFormat, check_writable};
 use telamon::film::png::write_png;
-use telamon::film::read::read_exr;
+use telamon::film::read::{read_exr, sampler};
 use telamon::measure::false_color::{false_color, side_by_side};
 use telamon::measure::{Image, Metrics, ZTest};
+use telamon::scene::settings::SamplerKind;
 
 use super::message::{Failure, warn};
 use super::print;
@@ -80,7 +81,22 @@ impl Arguments {
 
 fn load(path: &Path) -> Result<Image, Failure> {
     let picture = read_exr(path)?;
-    Image::from_picture(&picture).map_err(|e| Failure::new(format!("`{}`: {e}", path.display())))
+    let image = Image::from_picture(&picture)
+        .map_err(|e| Failure::new(format!("`{}`: {e}", path.display())))?;
+    warn_of_even_samples(&image, path);
+    Ok(image)
+}
+
+/// Says so if the noise that `image` claims to have is more than it has: samples that are spread evenly vary
+/// as much as others, but their mean varies less.
+pub(super) fn warn_of_even_samples(image: &Image, path: &Path) {
+    if image.variance.is_some() && sampler(path).as_deref() == Some(SamplerKind::Sobol.name()) {
+        warn(format!(
+            "`{}` was rendered with sampler `sobol`, so it is less noisy than its variance says \
+             (expected one of `telamon render --variance --sampler independent`)",
+            path.display()
+        ));
+    }
 }
 
 /// The part of `whole` that `part` covers.

@@ -268,6 +268,7 @@ impl Arguments {
             let scene = self.input.scene.display();
             Failure::new(format!("cannot measure `{scene}` against `{}`: {e}", path.display()))
         })?;
+        super::compare::warn_of_even_samples(&image, path);
         if image.variance.is_none() {
             warn(format!(
                 "`{}` does not say how noisy it is: it counts as exact (expected the layers of `telamon \

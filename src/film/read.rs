@@ -3,7 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+use exr::meta::MetaData;
+use exr::prelude::{AttributeValue, FlatSamples, Text, read_first_flat_layer_from_file};
 
 use super::picture::{Channel, Picture, Values};
 use crate::scene::settings::{ComponentFormat, Crop};
@@ -89,6 +90,16 @@ pub fn read_exr(path: &Path) -> Result<Picture, InputError> {
     }
 }
 
+/// The sampler that an OpenEXR file of this renderer says it was rendered with.
+#[must_use]
+pub fn sampler(path: &Path) -> Option<String> {
+    let headers = MetaData::read_from_file(path, false).ok()?.headers;
+    match headers.first()?.own_attributes.other.get(&Text::from("sampler")) {
+        Some(AttributeValue::Text(name)) => Some(name.to_string()),
+        _ => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;
@@ -117,8 +128,10 @@ mod tests {
         };
         for component in [ComponentFormat::Half, ComponentFormat::Float] {
             picture.component = component;
-            write_exr(&path, &picture, &Metadata::default()).expect("writable");
+            let metadata = Metadata { sampler: "sobol".to_owned(), ..Metadata::default() };
+            write_exr(&path, &picture, &metadata).expect("writable");
             assert_eq!(read_exr(&path).expect("readable"), picture);
+            assert_eq!(sampler(&path).as_deref(), Some("sobol"));
         }
     }
 
@@ -134,6 +147,7 @@ mod tests {
             message("none.exr"),
             "cannot read `none.exr`: No such file or directory (os error 2)"
         );
+        assert_eq!(sampler(&folder.path().join("none.exr")), None);
         fs::write(folder.path().join("a.exr"), "no picture at all").expect("writable");
         assert_eq!(
             message("a.exr"),
