@@ -124,6 +124,42 @@ fn every_picture_option_has_an_effect() {
     assert!(run.stderr.contains("warning: `--exposure` changes nothing"), "{}", run.stderr);
 }
 
+/// The names of the channels of an EXR file, sorted as they are in it.
+fn channels(header: &Header) -> Vec<String> {
+    header.channels.list.iter().map(|c| c.name.to_string()).collect()
+}
+
+#[test]
+fn variance_is_written_only_if_asked_for() {
+    let folder = Folder::new();
+    folder.succeed("render scene.xml -o a.exr -o a.png");
+    assert_eq!(channels(&folder.header("a.exr")), ["B", "G", "R"]);
+    folder.succeed("render scene.xml -o b.exr -o b.png --variance");
+    let expected = ["B", "G", "R", "samples.N", "variance.B", "variance.G", "variance.R"];
+    assert_eq!(channels(&folder.header("b.exr")), expected);
+    assert_eq!(folder.png("a.png"), folder.png("b.png"), "the picture is the same");
+    let run = folder.succeed("render scene.xml -o a.png --variance");
+    let message =
+        "warning: `--variance` changes nothing: it is for EXR files, and none is asked for";
+    assert!(run.stderr.starts_with(message), "{}", run.stderr);
+}
+
+#[test]
+fn variance_needs_a_picture_and_a_free_name() {
+    let aov = |inside: &str| {
+        let text = r#"<integrator type="aov"><string name="aovs" value="variance:albedo"/>INSIDE</integrator>"#;
+        let aov = text.replace("INSIDE", inside);
+        Folder::with_scene(&SCENE.replace(r#"<integrator type="path"/>"#, &aov))
+    };
+    let render = "render scene.xml --variance";
+    let told = aov(r#"<integrator type="path"/>"#).fail(&format!("{render} --spp 4000000000"), 1);
+    let message = "error: cannot write `scene.exr`: there are two channels `variance.R`";
+    assert!(told.starts_with(message), "{told}");
+    let told = aov("").succeed(render).stderr;
+    let message = "warning: `--variance` changes nothing: the scene makes layers alone";
+    assert!(told.starts_with(message), "{told}");
+}
+
 #[test]
 fn quiet_is_silent() {
     let folder = Folder::new();
@@ -214,9 +250,7 @@ fn layers_alone_are_refused_as_png_before_rendering() {
     let message = "error: cannot write `a.png`: the picture has layers but no colours";
     assert!(told.starts_with(message), "{told}");
     folder.succeed("render scene.xml -o a.exr");
-    let header = folder.header("a.exr");
-    let channels: Vec<_> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
-    assert_eq!(channels, ["z.T"]);
+    assert_eq!(channels(&folder.header("a.exr")), ["z.T"]);
 }
 
 #[test]
@@ -346,6 +380,7 @@ fn help_mentions_every_option() {
         "-D, --define <NAME=VALUE>",
         "--crop <X,Y,W,H>",
         "--exposure <STOPS>",
+        "--variance",
         "-q, --quiet",
     ];
     let help = folder.succeed("render --help").stdout;

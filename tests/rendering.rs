@@ -293,3 +293,39 @@ fn layers_hold_the_first_surface() {
         }
     }
 }
+
+/// The variance layer is what 131 single samples have, and asking for it changes no pixel.
+#[test]
+fn variance_is_that_of_single_samples() {
+    let mut description = scene(1.0, 1.0);
+    description.film.crop = Crop { x: 12, y: 15, width: 5, height: 4 };
+    description.sampler.samples_per_pixel = 131;
+    let plain = picture(&description, Backend::default());
+    description.film.variance = true;
+    let film = picture(&description, Backend::default());
+    assert_eq!(plain.radiance(), film.radiance());
+    assert_eq!(film.samples(), [131; 20]);
+    let engine = intersect::build(Backend::default(), &description.scene.shapes()).expect("builds");
+    let (integrator, _) = integrator::build(&description.integrator, &description.scene);
+    let integrator = integrator.expect("makes a picture");
+    let numbers = sampler::build(&description.sampler);
+    let filter = FilterSampler::new(description.film.filter);
+    let mut tracer = Tracer::new(&description.scene, engine.as_ref());
+    let pixels = (15..19).flat_map(|y| (12..17).map(move |x| (x, y)));
+    for ((x, y), variance) in pixels.zip(film.variance()) {
+        let samples: Vec<_> = (0..131)
+            .map(|sample| {
+                let mut numbers = PathSampler::new(numbers.as_ref(), y * 50 + x, sample);
+                let offset = filter.sample(numbers.next_2d());
+                let position = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
+                let ray = description.camera.ray(position / Vec2::new(50.0, 35.0));
+                integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.as_dvec3()
+            })
+            .collect();
+        let mean = samples.iter().sum::<glam::DVec3>() / 131.0;
+        let squares: glam::DVec3 = samples.iter().map(|s| (*s - mean) * (*s - mean)).sum();
+        // Sums of 131 terms in f64, narrowed to f32.
+        let apart = (squares / 130.0 - variance.as_dvec3()).abs().max_element();
+        assert!(apart <= f64::from(f32::EPSILON) * squares.max_element(), "{x}, {y}: {apart}");
+    }
+}

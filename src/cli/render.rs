@@ -10,8 +10,9 @@ use telamon::film::picture::Picture;
 use telamon::film::png::write_png;
 use telamon::intersect;
 use telamon::render::{SampleId, Statistics, render};
-use telamon::scene::Description;
-use telamon::scene::settings::{Crop, IntegratorSettings, SamplerKind};
+use telamon::scene::requirements::Feature;
+use telamon::scene::settings::{AovKind, AovLayer, Crop, IntegratorSettings, SamplerKind};
+use telamon::scene::{Description, Requirements};
 
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
@@ -49,6 +50,19 @@ pub(super) struct Arguments {
         help_heading = "Output"
     )]
     exposure: f32,
+
+    /// Add layers to EXR files that say how much the samples of each pixel vary: variance.R, .G and
+    /// .B, and samples.N
+    #[arg(
+        long,
+        help_heading = "Output",
+        long_help = "Add layers to EXR files that say how much the samples of each pixel vary: \
+                     variance.R, .G and .B, the sample variance of one sample (infinite for a single \
+                     one), and samples.N, their number. Their quotient is the variance of the pixel's \
+                     mean if the samples are independent; those of a low-discrepancy sampler vary as \
+                     much one by one, but their mean varies less than that."
+    )]
+    variance: bool,
 
     /// Say nothing but warnings and errors
     #[arg(short, long, help_heading = "Output")]
@@ -114,6 +128,9 @@ impl Arguments {
         if self.exposure != 0.0 && outputs.iter().all(|o| o.format != FileFormat::Png) {
             warn("`--exposure` changes nothing: it is for PNG files, and none is asked for");
         }
+        if self.variance && outputs.iter().all(|o| o.format != FileFormat::Exr) {
+            warn("`--variance` changes nothing: it is for EXR files, and none is asked for");
+        }
         // 0 stands for one thread a processor.
         let threads = usize::from(self.threads.unwrap_or(0));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
@@ -135,6 +152,9 @@ impl Arguments {
         let start = Instant::now();
         let mut description = self.input.load()?.description;
         self.adjust(&mut description)?;
+        if self.variance && !Requirements::of(&description).models(Feature::Variance) {
+            warn("`--variance` changes nothing: the scene makes layers alone");
+        }
         check_formats(&description, outputs)?;
         let load = start.elapsed();
 
@@ -178,6 +198,7 @@ impl Arguments {
         sampler.samples_per_pixel = self.spp.unwrap_or(sampler.samples_per_pixel);
         sampler.seed = self.seed.unwrap_or(sampler.seed);
         sampler.kind = self.sampler.unwrap_or(sampler.kind);
+        description.film.variance = self.variance;
         Ok(())
     }
 
@@ -244,13 +265,25 @@ fn with_exr(mut name: std::ffi::OsString) -> PathBuf {
     name.into()
 }
 
-/// Refuses PNG files of a scene that makes layers only.
+/// Refuses files that cannot hold what the scene makes: PNG files of layers alone, and a variance beside
+/// a layer of the same name.
 fn check_formats(description: &Description, outputs: &[Output]) -> Result<(), OutputError> {
-    let layers_only =
-        matches!(description.integrator, IntegratorSettings::Aov { picture: None, .. });
-    match outputs.iter().find(|o| layers_only && o.format == FileFormat::Png) {
-        Some(output) => Err(OutputError::NoColors(output.path.clone())),
-        None => Ok(()),
+    let IntegratorSettings::Aov { layers, picture } = &description.integrator else {
+        return Ok(());
+    };
+    let first = |format| outputs.iter().find(|o| o.format == format).map(|o| o.path.clone());
+    if let Some(path) = first(FileFormat::Png).filter(|_| picture.is_none()) {
+        return Err(OutputError::NoColors(path));
+    }
+    let taken = |l: &AovLayer| l.name == "variance" && l.kind == AovKind::Albedo;
+    match first(FileFormat::Exr) {
+        Some(path)
+            if description.film.variance && picture.is_some() && layers.iter().any(taken) =>
+        {
+            let reason = "there are two channels `variance.R`".to_owned();
+            Err(OutputError::Unfit { path, reason })
+        }
+        _ => Ok(()),
     }
 }
 

@@ -1,7 +1,5 @@
 //! The film: where samples of a pixel are summed, and what becomes of the sums.
 
-use glam::DVec3;
-
 use crate::math::Rgb;
 use crate::scene::settings::{AovKind, AovLayer, Crop, FilmSettings};
 
@@ -11,8 +9,10 @@ pub mod output;
 pub mod picture;
 pub mod png;
 pub mod read;
+mod tile;
 
 pub use filter::FilterSampler;
+pub use tile::Tile;
 
 /// Side of a tile in pixels.
 const TILE: u32 = 16;
@@ -30,29 +30,10 @@ pub struct Film {
 pub struct Content {
     /// Whether there is a picture, and not only layers.
     pub picture: bool,
+    /// Whether the variance of the picture's samples is kept.
+    pub variance: bool,
     /// Layers beside it.
     pub layers: Vec<AovLayer>,
-}
-
-/// A rectangle of pixels.
-#[derive(Debug)]
-pub struct Tile {
-    area: Crop,
-    picture: Vec<PictureSum>,
-    /// Components of the layers that are averaged, pixel by pixel.
-    numbers: Vec<f64>,
-    /// Layers that are not, pixel by pixel.
-    indices: Vec<u32>,
-    samples: Vec<u32>,
-    numbers_per_pixel: usize,
-    indices_per_pixel: usize,
-}
-
-/// Sums in f64: in f32, a million samples of 0.1 are 1 % off.
-#[derive(Clone, Copy, Debug, Default)]
-struct PictureSum {
-    radiance: DVec3,
-    alpha: f64,
 }
 
 impl AovKind {
@@ -80,13 +61,6 @@ impl Film {
     #[must_use]
     pub fn new(settings: &FilmSettings, content: Content) -> Self {
         let Crop { x, y, width, height } = settings.crop;
-        let indices_per_pixel = content.layers.iter().filter(|l| l.kind.is_index()).count();
-        let numbers_per_pixel = content
-            .layers
-            .iter()
-            .filter(|l| !l.kind.is_index())
-            .map(|l| l.kind.components().len())
-            .sum();
         let tile = |tile_x: u32, tile_y: u32| {
             let area = Crop {
                 x: x + tile_x,
@@ -94,16 +68,7 @@ impl Film {
                 width: TILE.min(width - tile_x),
                 height: TILE.min(height - tile_y),
             };
-            let pixels = (area.width * area.height) as usize;
-            Tile {
-                area,
-                picture: vec![PictureSum::default(); if content.picture { pixels } else { 0 }],
-                numbers: vec![0.0; pixels * numbers_per_pixel],
-                indices: vec![0; pixels * indices_per_pixel],
-                samples: vec![0; pixels],
-                numbers_per_pixel,
-                indices_per_pixel,
-            }
+            Tile::new(area, &content)
         };
         let tiles = (0..height)
             .step_by(TILE as usize)
@@ -135,7 +100,7 @@ impl Film {
     /// Smallest and largest number of samples that any pixel has.
     #[must_use]
     pub fn samples_per_pixel(&self) -> (u32, u32) {
-        let counts = || self.tiles.iter().flat_map(|t| t.samples.iter().copied());
+        let counts = || self.tiles.iter().flat_map(Tile::counts);
         (counts().min().unwrap_or(0), counts().max().unwrap_or(0))
     }
 
@@ -155,70 +120,42 @@ impl Film {
     /// Mean radiance of each pixel of the crop, row by row; 0 where there is no sample.
     #[must_use]
     pub fn radiance(&self) -> Vec<Rgb> {
-        self.by_rows(|tile, i| (tile.picture[i].radiance / tile.divisor(i)).as_vec3a())
+        self.by_rows(|tile, i| tile.radiance(i).as_vec3a())
     }
 
     /// Mean alpha likewise.
     #[must_use]
     pub fn alpha(&self) -> Vec<f32> {
-        self.by_rows(|tile, i| (tile.picture[i].alpha / tile.divisor(i)) as f32)
+        self.by_rows(|tile, i| tile.alpha(i) as f32)
+    }
+
+    /// Unbiased sample variance of one sample's radiance, per channel, likewise; infinite where there are
+    /// fewer than two samples. Only of a film that keeps it.
+    ///
+    /// Divided by the number of samples it is the variance of a pixel's mean if the samples are
+    /// independent. Those of a low-discrepancy sampler are not: they cover their domain evenly, so that
+    /// their mean varies less than that.
+    #[must_use]
+    pub fn variance(&self) -> Vec<Rgb> {
+        self.by_rows(|tile, i| tile.variance(i).as_vec3a())
+    }
+
+    /// Samples that each pixel has, likewise.
+    #[must_use]
+    pub fn samples(&self) -> Vec<u32> {
+        self.by_rows(Tile::samples)
     }
 
     /// Mean of component number `component`, counted over all layers that are averaged.
     #[must_use]
     pub fn number(&self, component: usize) -> Vec<f32> {
-        self.by_rows(|tile, i| {
-            (tile.numbers[i * tile.numbers_per_pixel + component] / tile.divisor(i)) as f32
-        })
+        self.by_rows(|tile, i| tile.number(i, component) as f32)
     }
 
     /// Values of layer number `layer`, counted over those that are not averaged.
     #[must_use]
     pub fn index(&self, layer: usize) -> Vec<u32> {
-        self.by_rows(|tile, i| tile.indices[i * tile.indices_per_pixel + layer])
-    }
-}
-
-impl Tile {
-    /// The pixels that the tile covers.
-    #[must_use]
-    pub fn area(&self) -> Crop {
-        self.area
-    }
-
-    /// Coordinates on the whole film of its pixels, in the order of their indices.
-    pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let Crop { x, y, width, height } = self.area;
-        (y..y + height).flat_map(move |y| (x..x + width).map(move |x| (x, y)))
-    }
-
-    /// Samples that a pixel has.
-    #[must_use]
-    pub fn samples(&self, pixel: usize) -> u32 {
-        self.samples[pixel]
-    }
-
-    /// Adds one sample of the picture to a pixel.
-    pub fn add_picture(&mut self, pixel: usize, radiance: Rgb, alpha: f32) {
-        let sum = &mut self.picture[pixel];
-        sum.radiance += radiance.as_dvec3();
-        sum.alpha += f64::from(alpha);
-    }
-
-    /// The sums of a pixel's averaged layers, and the values of its others.
-    pub fn layers_mut(&mut self, pixel: usize) -> (&mut [f64], &mut [u32]) {
-        let (n, i) = (self.numbers_per_pixel, self.indices_per_pixel);
-        (&mut self.numbers[pixel * n..][..n], &mut self.indices[pixel * i..][..i])
-    }
-
-    /// Counts one more sample of a pixel, after all of it was added.
-    pub fn count(&mut self, pixel: usize) {
-        self.samples[pixel] += 1;
-    }
-
-    /// A pixel without samples is black, not NaN.
-    fn divisor(&self, pixel: usize) -> f64 {
-        f64::from(self.samples[pixel].max(1))
+        self.by_rows(|tile, i| tile.index(i, layer))
     }
 }
 
@@ -227,7 +164,11 @@ mod tests {
     use super::*;
     use crate::scene::settings::{ComponentFormat, Filter};
 
-    fn one_pixel() -> Film {
+    fn content(variance: bool) -> Content {
+        Content { picture: true, variance, layers: Vec::new() }
+    }
+
+    fn one_pixel(variance: bool) -> Film {
         let settings = FilmSettings {
             width: 1,
             height: 1,
@@ -235,15 +176,16 @@ mod tests {
             filter: Filter::Box,
             alpha: false,
             component: ComponentFormat::Float,
+            variance: false,
         };
-        Film::new(&settings, Content { picture: true, layers: Vec::new() })
+        Film::new(&settings, content(variance))
     }
 
     /// The mean of a million equal samples is the sample: f64 sums err by 1e-10 at most, and the result
     /// is rounded once to f32.
     #[test]
     fn a_million_samples_keep_their_mean() {
-        let mut film = one_pixel();
+        let mut film = one_pixel(false);
         let tile = &mut film.tiles_mut()[0];
         for _ in 0..1_000_000 {
             tile.add_picture(0, Rgb::splat(0.1), 1.0);
@@ -256,7 +198,7 @@ mod tests {
     /// 1e9 and a million ones: f32 would still have 1e9.
     #[test]
     fn a_bright_sample_does_not_swallow_the_rest() {
-        let mut film = one_pixel();
+        let mut film = one_pixel(false);
         let tile = &mut film.tiles_mut()[0];
         tile.add_picture(0, Rgb::splat(1e9), 1.0);
         tile.count(0);
@@ -267,12 +209,41 @@ mod tests {
         assert_eq!(film.radiance()[0].x, (1.001e9 / 1_000_001.0) as f32);
     }
 
+    /// Mean 1e6, values one apart: a plain sum of squares, 1e18, would have lost them at its 53 bits.
+    #[test]
+    fn variance_survives_a_large_mean_and_many_samples() {
+        let mut film = one_pixel(true);
+        let tile = &mut film.tiles_mut()[0];
+        for i in 0..1_000_000_u32 {
+            let value = 1e6 + (i % 3) as f32;
+            tile.add_picture(0, Rgb::new(value, 2.0 * value, 0.25), 1.0);
+            tile.count(0);
+        }
+        let [red, green, blue] = film.variance()[0].to_array();
+        // 0, 1, 2 have variance 2/3. The mean that is updated has an error of 2⁻⁵³·1e6 at most.
+        assert!((red - 2.0 / 3.0).abs() < 2e-6, "{red}");
+        assert!((green - 8.0 / 3.0).abs() < 8e-6, "{green}");
+        assert_eq!(blue, 0.0);
+        assert_eq!(film.samples(), [1_000_000]);
+    }
+
+    #[test]
+    fn variance_is_unknown_before_the_second_sample() {
+        let mut film = one_pixel(true);
+        for (value, variance) in [(1.0, f32::INFINITY), (3.0, 2.0), (5.0, 4.0)] {
+            let tile = &mut film.tiles_mut()[0];
+            tile.add_picture(0, Rgb::splat(value), 1.0);
+            tile.count(0);
+            assert_eq!(film.variance(), [Rgb::splat(variance)]);
+        }
+    }
+
     #[test]
     fn tiles_cover_the_crop_once() {
         let crop = Crop { x: 3, y: 5, width: 37, height: 17 };
         let settings =
-            FilmSettings { width: 64, height: 64, crop, ..one_pixel().settings().clone() };
-        let film = Film::new(&settings, Content { picture: true, layers: Vec::new() });
+            FilmSettings { width: 64, height: 64, crop, ..one_pixel(false).settings().clone() };
+        let film = Film::new(&settings, content(false));
         let mut seen: Vec<_> = film.tiles.iter().flat_map(Tile::pixels).collect();
         seen.sort_unstable();
         let mut expected: Vec<_> = (3..40).flat_map(|x| (5..22).map(move |y| (x, y))).collect();

@@ -39,7 +39,9 @@ pub enum Values {
 }
 
 impl Picture {
-    /// What `film` holds: means over the samples so far, under the names that Mitsuba 3 gives them.
+    /// What `film` holds: means over the samples so far, under the names that Mitsuba 3 gives them; then, if
+    /// it is kept, [`Film::variance`] as `variance.R`, `.G` and `.B` with the number of samples as
+    /// `samples.N`.
     #[must_use]
     pub fn from_film(film: &Film) -> Self {
         let settings = film.settings();
@@ -53,6 +55,14 @@ impl Picture {
             if settings.alpha {
                 channels.push(Channel::new("A", Values::Color(film.alpha())));
             }
+        }
+        if film.content().variance {
+            let variance = film.variance();
+            for (component, name) in ["R", "G", "B"].into_iter().enumerate() {
+                let values = variance.iter().map(|rgb| rgb[component]).collect();
+                channels.push(Channel::new(format!("variance.{name}"), Values::Float(values)));
+            }
+            channels.push(Channel::new("samples.N", Values::Index(film.samples())));
         }
         channels.extend(layers(film));
         let (width, height, crop) = (settings.width, settings.height, settings.crop);
@@ -146,8 +156,10 @@ mod tests {
             filter: Filter::Box,
             alpha: true,
             component: ComponentFormat::Half,
+            variance: true,
         };
-        let mut film = Film::new(&settings, Content { picture: true, layers: layers.to_vec() });
+        let content = Content { picture: true, variance: true, layers: layers.to_vec() };
+        let mut film = Film::new(&settings, content);
         let tile = &mut film.tiles_mut()[0];
         tile.add_picture(0, Rgb::new(0.25, 0.5, 0.75), 1.0);
         let (numbers, indices) = tile.layers_mut(0);
@@ -158,7 +170,7 @@ mod tests {
         let picture = Picture::from_film(&film);
         let names: Vec<_> = picture.channels.iter().map(|c| c.name.as_str()).collect();
         // What Mitsuba 3.9 names the same layers.
-        let expected = "R G B A depth.T index.I p.X p.Y p.Z ng.X ng.Y ng.Z triangle.I ns.X ns.Y ns.Z \
+        let expected = "R G B A variance.R variance.G variance.B samples.N depth.T index.I p.X p.Y p.Z ng.X ng.Y ng.Z triangle.I ns.X ns.Y ns.Z \
                         uv.U uv.V albedo.R albedo.G albedo.B";
         assert_eq!(names.join(" "), expected);
         let value = |name: &str| {
@@ -171,6 +183,8 @@ mod tests {
         assert_eq!(value("ng.X"), Some(Values::Float(vec![5.0])));
         assert_eq!(value("albedo.B"), Some(Values::Float(vec![15.0])));
         assert_eq!(value("index.I"), Some(Values::Index(vec![70])));
+        assert_eq!(value("variance.G"), Some(Values::Float(vec![f32::INFINITY])));
+        assert_eq!(value("samples.N"), Some(Values::Index(vec![1])));
         assert_eq!(value("triangle.I"), Some(Values::Index(vec![80])));
         assert_eq!((picture.width, picture.height, picture.pixels()), (3, 2, 1));
         // A layer is no colour of the picture.

@@ -119,6 +119,7 @@ fn film(object: &Object<'_>) -> Result<FilmSettings, Issue> {
             "float32" => ComponentFormat::Float,
             _ => ComponentFormat::Half,
         },
+        variance: false,
     })
 }
 

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::film::{Content, Film, FilterSampler, Tile};
 use crate::integrator::{self, Aov, Integrator, RayCounts, Tracer};
 use crate::intersect::Intersector;
+use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::{self, PathSampler, Sampler};
 use crate::scene::Description;
@@ -142,7 +143,11 @@ impl<'a> Renderer<'a> {
             engine,
             sampler: sampler::build(&description.sampler),
             filter: FilterSampler::new(description.film.filter),
-            content: Content { picture: picture.is_some(), layers },
+            content: Content {
+                picture: picture.is_some(),
+                variance: picture.is_some() && description.film.variance,
+                layers,
+            },
             picture,
             aov,
         }
@@ -196,6 +201,9 @@ impl<'a> Renderer<'a> {
             finite = estimate.radiance.is_finite();
             if finite {
                 tile.add_picture(pixel, estimate.radiance, estimate.alpha);
+            } else {
+                // It counts as a sample, so that the numbers of samples stay alike.
+                tile.add_picture(pixel, Rgb::ZERO, 0.0);
             }
         }
         if let Some(aov) = &self.aov {

@@ -165,6 +165,7 @@ pub(crate) mod tests {
                 filter: Filter::Box,
                 alpha: false,
                 component: ComponentFormat::Half,
+                variance: false,
             },
             sampler: SamplerSettings {
                 kind: SamplerKind::Independent,

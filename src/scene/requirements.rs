@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::settings::{
-    AovKind, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
+    AovKind, FilmSettings, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
 };
 use super::{Description, Scene};
 use crate::bsdf::Needs;
@@ -106,7 +106,7 @@ impl Requirements {
             (Feature::HiddenEmitters, hidden_emitters(integrator)),
             (Feature::Alpha, alpha),
             (Feature::Layers, layers(integrator)),
-            (Feature::Variance, skipped("nothing asks for an estimate of the error")),
+            (Feature::Variance, variance(film, integrator)),
         ];
         let decide = |(feature, reason): (Feature, Reason)| Decision {
             feature,
@@ -273,6 +273,16 @@ fn layers(integrator: &IntegratorSettings) -> Reason {
     }
 }
 
+fn variance(film: &FilmSettings, integrator: &IntegratorSettings) -> Reason {
+    if !film.variance {
+        return Err("nothing asks for an estimate of the error".to_owned());
+    }
+    match picture(integrator) {
+        Some(_) => Ok("the film has layers for it".to_owned()),
+        None => Err("layers alone are asked for".to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -433,5 +443,16 @@ mod tests {
         assert_eq!(reason(&d, Feature::TextureCoordinates), modelled("a layer shows them"));
         let expected = skipped("layers alone are asked for");
         assert_eq!(reason(&d, Feature::RussianRoulette), expected);
+        d.film.variance = true;
+        assert_eq!(reason(&d, Feature::Variance), expected);
+    }
+
+    #[test]
+    fn variance_has_to_be_asked_for() {
+        let mut d = description();
+        let expected = skipped("nothing asks for an estimate of the error");
+        assert_eq!(reason(&d, Feature::Variance), expected);
+        d.film.variance = true;
+        assert_eq!(reason(&d, Feature::Variance), modelled("the film has layers for it"));
     }
 }

@@ -21,6 +21,9 @@ pub struct FilmSettings {
     pub alpha: bool,
     /// Precision of colours in an EXR file.
     pub component: ComponentFormat,
+    /// Whether layers say how much the samples of each pixel vary, and how many there are. Scene files
+    /// have no property for it.
+    pub variance: bool,
 }
 
 /// A rectangle of pixels of the whole film.
