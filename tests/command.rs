@@ -145,6 +145,58 @@ fn variance_is_written_only_if_asked_for() {
 }
 
 #[test]
+fn a_time_limit_leaves_a_whole_picture() {
+    let folder = Folder::new();
+    folder.succeed("render scene.xml -o a.exr -o a.png --time 0.3s");
+    let header = folder.header("a.exr");
+    let count = attribute(&header, "samplesPerPixel");
+    assert_eq!(attribute(&header, "largestSamplesPerPixel"), count);
+    folder.succeed(&format!("render scene.xml -o b.png --spp {count}"));
+    assert_eq!(folder.png("a.png"), folder.png("b.png"));
+    folder.succeed("render scene.xml -o a.exr --time 1h --spp 3");
+    assert_eq!(attribute(&folder.header("a.exr"), "samplesPerPixel"), "3");
+}
+
+#[test]
+fn an_error_limit_is_reached_and_told() {
+    let folder = Folder::new();
+    for (option, name, limit) in
+        [("error", "relMSEBound", 0.01), ("noise-level", "noiseLevelBound", 0.2)]
+    {
+        let run = folder.succeed(&format!("render scene.xml -o a.exr --{option} {limit}"));
+        let header = folder.header("a.exr");
+        let bound: f32 = attribute(&header, name).parse().expect("a number");
+        assert!(bound <= limit, "{bound}");
+        let count: u32 = attribute(&header, "samplesPerPixel").parse().expect("a number");
+        assert!((16..65536).contains(&count), "{count}");
+        assert!(run.stderr.starts_with(&format!("a.exr: {count} samples per pixel with ")));
+        for part in ["; relMSE 0.", "; relMSE 0.0", " (at most 0.", ", noise level 0."] {
+            assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
+        }
+    }
+    let run = folder.succeed("render scene.xml --spp 32 --error 1e-9 --noise-level 9");
+    let start = "warning: all samples were taken before the picture was as asked for: the relMSE is at \
+                 most 0.";
+    assert!(run.stderr.starts_with(start), "{}", run.stderr);
+    assert!(run.stderr.contains(", not 0.000000001\n"), "{}", run.stderr);
+}
+
+#[test]
+fn adaptive_sampling_needs_enough_samples() {
+    let folder = Folder::new();
+    let run = folder.succeed("render scene.xml -o a.exr --adaptive --spp 64");
+    let header = folder.header("a.exr");
+    let least: u32 = attribute(&header, "samplesPerPixel").parse().expect("a number");
+    let most: u32 = attribute(&header, "largestSamplesPerPixel").parse().expect("a number");
+    assert!(16 <= least && least < most, "{least} {most}");
+    let range = format!(" ({least} to {most}) samples per pixel with ");
+    assert!(run.stderr.contains(&range), "{}", run.stderr);
+    let run = folder.succeed("render scene.xml --adaptive --spp 16");
+    let message = "warning: `--adaptive` changes nothing: it begins after 16 samples per pixel";
+    assert!(run.stderr.starts_with(message), "{}", run.stderr);
+}
+
+#[test]
 fn variance_needs_a_picture_and_a_free_name() {
     let aov = |inside: &str| {
         let text = r#"<integrator type="aov"><string name="aovs" value="variance:albedo"/>INSIDE</integrator>"#;
@@ -155,6 +207,12 @@ fn variance_needs_a_picture_and_a_free_name() {
     let told = aov(r#"<integrator type="path"/>"#).fail(&format!("{render} --spp 4000000000"), 1);
     let message = "error: cannot write `scene.exr`: there are two channels `variance.R`";
     assert!(told.starts_with(message), "{told}");
+    for option in ["--error 0.1", "--noise-level 0.1", "--adaptive"] {
+        let told = aov("").fail(&format!("render scene.xml {option}"), 1);
+        let message = "error: `--error`, `--noise-level` and `--adaptive` need a picture, and the scene \
+                       makes layers alone\n";
+        assert_eq!(told, message);
+    }
     let told = aov("").succeed(render).stderr;
     let message = "warning: `--variance` changes nothing: the scene makes layers alone";
     assert!(told.starts_with(message), "{told}");
@@ -186,6 +244,9 @@ fn bad_usage_ends_with_2() {
         ("render scene.xml --size 0x64", "expected columns and rows, such as 640x480"),
         ("render scene.xml --crop 1,2,3", "expected first column and row, columns and rows"),
         ("render scene.xml --spp 0", "0 is not in 1..=4294967295"),
+        ("render scene.xml --time 1d", "expected a time such as 90s, 5m or 1.5h"),
+        ("render scene.xml --error 0", "expected a number above 0"),
+        ("render scene.xml --noise-level x", "expected a number above 0"),
         ("render scene.xml --threads 0", "0 is not in 1..=1024"),
         ("render scene.xml --seed -1", "unexpected argument '-1'"),
         ("render scene.xml --exposure NaN", "expected a number from -149 to 127"),
@@ -381,6 +442,10 @@ fn help_mentions_every_option() {
         "--crop <X,Y,W,H>",
         "--exposure <STOPS>",
         "--variance",
+        "--time <TIME>",
+        "--error <RELMSE>",
+        "--noise-level <LEVEL>",
+        "--adaptive",
         "-q, --quiet",
     ];
     let help = folder.succeed("render --help").stdout;

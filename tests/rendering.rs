@@ -317,8 +317,9 @@ fn variance_is_that_of_single_samples() {
             .map(|sample| {
                 let mut numbers = PathSampler::new(numbers.as_ref(), y * 50 + x, sample);
                 let offset = filter.sample(numbers.next_2d());
-                let position = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
-                let ray = description.camera.ray(position / Vec2::new(50.0, 35.0));
+                let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let ray =
+                    description.camera.ray((center + offset.as_dvec2()) / DVec2::new(50.0, 35.0));
                 integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.as_dvec3()
             })
             .collect();

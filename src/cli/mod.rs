@@ -14,6 +14,7 @@ use telamon::load::{LoadOptions, Loaded, load_scene};
 
 mod compare;
 mod completions;
+mod effort;
 mod inspect;
 mod interrupt;
 mod machine;

@@ -9,15 +9,14 @@ use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
 use telamon::film::png::write_png;
 use telamon::intersect;
-use telamon::render::{SampleId, Statistics, render};
-use telamon::scene::requirements::Feature;
+use telamon::render::{Ended, SampleId, Statistics, render};
+use telamon::scene::Description;
 use telamon::scene::settings::{AovKind, AovLayer, Crop, IntegratorSettings, SamplerKind};
-use telamon::scene::{Description, Requirements};
 
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
 use super::values::{self, Output, Size};
-use super::{Ending, Input, interrupt};
+use super::{Ending, Input, effort, interrupt};
 
 /// Render a scene to picture files
 #[derive(Args, Debug)]
@@ -77,14 +76,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Picture")]
     crop: Option<Crop>,
 
-    /// Samples per pixel [default: the scene's]
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = clap::value_parser!(u32).range(1..),
-        help_heading = "Sampling"
-    )]
-    spp: Option<u32>,
+    #[command(flatten)]
+    effort: effort::Options,
 
     /// Random numbers: unrelated ones, or such as are spread evenly [default: the scene's]
     #[arg(
@@ -152,7 +145,9 @@ impl Arguments {
         let start = Instant::now();
         let mut description = self.input.load()?.description;
         self.adjust(&mut description)?;
-        if self.variance && !Requirements::of(&description).models(Feature::Variance) {
+        let layers_alone =
+            matches!(description.integrator, IntegratorSettings::Aov { picture: None, .. });
+        if self.variance && layers_alone {
             warn("`--variance` changes nothing: the scene makes layers alone");
         }
         check_formats(&description, outputs)?;
@@ -176,6 +171,8 @@ impl Arguments {
             build,
             render: statistics.elapsed,
             backend: engine.name(),
+            rel_mse: statistics.errors.map(|e| e.rel_mse),
+            noise_level: statistics.errors.map(|e| e.noise_level),
         };
         Ok(Finished {
             picture: Picture::from_film(&film),
@@ -195,10 +192,10 @@ impl Arguments {
             description.crop_to(crop)?;
         }
         let sampler = &mut description.sampler;
-        sampler.samples_per_pixel = self.spp.unwrap_or(sampler.samples_per_pixel);
         sampler.seed = self.seed.unwrap_or(sampler.seed);
         sampler.kind = self.sampler.unwrap_or(sampler.kind);
         description.film.variance = self.variance;
+        self.effort.adjust(description)?;
         Ok(())
     }
 
@@ -209,16 +206,19 @@ impl Arguments {
             warn("interrupted before the first sample; nothing is written");
             return Ok(Ending::Interrupted);
         }
-        warn_of(statistics, finished.metadata.seed);
+        warn_of(statistics);
         let results: Vec<_> = outputs.iter().map(|o| self.write(o, finished)).collect();
         Failure::all(results.into_iter().filter_map(Result::err)).map_or(Ok(()), Err)?;
 
         let names: Vec<_> = outputs.iter().map(|o| o.path.display().to_string()).collect();
         let names = names.join(" and ");
-        let interrupted = statistics.samples_per_pixel.0 < *asked;
+        let interrupted = statistics.ended == Ended::Cancelled;
         if interrupted {
             let samples = samples_per_pixel(statistics.samples_per_pixel);
             warn(format!("interrupted: {samples} of {asked} samples per pixel are in {names}"));
+        }
+        if let Some(shortfall) = self.effort.shortfall(statistics.ended, statistics.errors) {
+            warn(shortfall);
         }
         if !self.quiet {
             say(&finished.summary(&names));
@@ -244,10 +244,12 @@ impl Finished {
     fn summary(&self, names: &str) -> String {
         let Self { metadata, statistics, threads, .. } = self;
         let seconds = |d: Duration| format!("{:.2} s", d.as_secs_f64());
+        let errors = statistics.errors.map(|e| format!("; {}", effort::describe(&e)));
+        let errors = errors.unwrap_or_default();
         format!(
-            "{names}: {} samples per pixel with {} on {}; load {}, build {}, render {}; {} Mpaths/s, {} \
+            "{names}: {} samples per pixel with {} on {}{errors}; load {}, build {}, render {}; {} Mpaths/s, {} \
              Mrays/s",
-            samples_per_pixel(statistics.samples_per_pixel),
+            self.samples(),
             metadata.backend,
             if *threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") },
             seconds(metadata.load),
@@ -256,6 +258,18 @@ impl Finished {
             millions_per_second(statistics.samples, statistics.elapsed),
             millions_per_second(statistics.rays.total(), statistics.elapsed),
         )
+    }
+}
+
+impl Finished {
+    /// `"4"`; if pixels differ, the mean and the range.
+    fn samples(&self) -> String {
+        let (least, most) = self.statistics.samples_per_pixel;
+        if least == most {
+            return least.to_string();
+        }
+        let mean = self.statistics.samples as f64 / self.picture.pixels() as f64;
+        format!("{mean:.1} ({least} to {most})")
     }
 }
 
@@ -293,9 +307,9 @@ fn samples_per_pixel((least, most): (u32, u32)) -> String {
 }
 
 /// Numbers that should be 0.
-fn warn_of(statistics: &Statistics, seed: u64) {
+fn warn_of(statistics: &Statistics) {
     if let Some(first) = statistics.non_finite_examples.first() {
-        let SampleId { x, y, sample } = first;
+        let SampleId { x, y, sample, seed } = first;
         let text = format!(
             "samples that were not finite and are left out: {}; the first is sample {sample} of pixel {x},{y} \
              with seed {seed}",

@@ -50,7 +50,7 @@ impl Arguments {
         if let Some(Size { width, height }) = self.size {
             description.resize(width, height)?;
         }
-        description.sampler.seed = self.seed.unwrap_or(description.sampler.seed);
+        let seed = self.seed.unwrap_or(description.sampler.seed);
         let Pixel { x, y } = self.pixel;
         let (width, height) = (description.film.width, description.film.height);
         if x >= width || y >= height {
@@ -59,14 +59,13 @@ impl Arguments {
             )));
         }
         let engine = intersect::build(accel, &description.scene.shapes())?;
-        let id = SampleId { x, y, sample: self.sample };
+        let id = SampleId { x, y, sample: self.sample, seed };
         let traced = trace(&description, engine.as_ref(), id).ok_or_else(|| {
             Failure::new("there is no path: the integrator makes layers alone".to_owned())
         })?;
         let text = format!(
-            "sample {} of pixel {x},{y} with seed {} and {}\n{}",
+            "sample {} of pixel {x},{y} with seed {seed} and {}\n{}",
             self.sample,
-            description.sampler.seed,
             engine.name(),
             describe(&traced, &description.scene)
         );

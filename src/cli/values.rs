@@ -1,6 +1,7 @@
 //! Values of options, from text. Errors are fragments: clap puts the option's name before them.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use telamon::film::output::{FileFormat, OutputError};
@@ -104,6 +105,21 @@ pub(super) fn stops(text: &str) -> Result<f32, String> {
     }
 }
 
+/// As `sleep` has it: seconds, or a number with a unit.
+pub(super) fn time(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.strip_suffix(['s', 'm', 'h']) {
+        Some(number) if text.ends_with('m') => (number, 60.0),
+        Some(number) if text.ends_with('h') => (number, 3600.0),
+        Some(number) => (number, 1.0),
+        None => (text, 1.0),
+    };
+    let seconds = number.parse::<f64>().ok().map(|n| n * unit);
+    match seconds.and_then(|s| Duration::try_from_secs_f64(s).ok()) {
+        Some(time) if !time.is_zero() => Ok(time),
+        _ => Err("expected a time such as 90s, 5m or 1.5h".to_owned()),
+    }
+}
+
 fn numbers(text: &str, separator: char) -> Option<Vec<u32>> {
     text.split(separator).map(|part| part.parse().ok()).collect()
 }
@@ -131,6 +147,14 @@ mod tests {
         assert_eq!(define("a=b=c"), Ok(("a".to_owned(), "b=c".to_owned())));
         assert_eq!(define("a="), Ok(("a".to_owned(), String::new())));
         assert!(define("=b").is_err() && define("a").is_err());
+        for (text, milliseconds) in
+            [("90", 90_000), ("1.5s", 1500), ("2m", 120_000), (".5h", 1_800_000)]
+        {
+            assert_eq!(time(text), Ok(Duration::from_millis(milliseconds)), "{text}");
+        }
+        for bad in ["", "s", "-1s", "0", "NaN", "inf", "1e30h", "1d", "1 s", "1ms"] {
+            assert!(time(bad).is_err(), "{bad}");
+        }
         assert_eq!(choice("a=b"), Ok(("a".to_owned(), "b".to_owned())));
         assert!(choice("a=").is_err() && choice("=b").is_err());
         let values = |v: Variation| (v.knob, v.values.join(" "));

@@ -10,6 +10,7 @@ use exr::prelude::{
     SmallVec, Text, Vec2, WritableImage, f16,
 };
 
+use super::error::Estimate;
 use super::output::{OutputError, Report, check_shape, write_atomically};
 use super::picture::{Channel, Picture, Values};
 use crate::scene::settings::ComponentFormat;
@@ -37,6 +38,10 @@ pub struct Metadata {
     pub render: Duration,
     /// The engine with its version.
     pub backend: String,
+    /// The picture's relMSE, if it was estimated.
+    pub rel_mse: Option<Estimate>,
+    /// Its noise level likewise.
+    pub noise_level: Option<Estimate>,
 }
 
 /// Writes all channels to an OpenEXR file, compressed without loss (ZIP). The crop becomes the data
@@ -164,6 +169,12 @@ fn layer_attributes(picture: &Picture, metadata: &Metadata) -> LayerAttributes {
         (text("renderTimeSeconds"), seconds(metadata.render)),
         (text("backend"), string(backend)),
     ]);
+    for (name, estimate) in [("relMSE", metadata.rel_mse), ("noiseLevel", metadata.noise_level)] {
+        let number = |value: f64| AttributeValue::F32(value as f32);
+        attributes.other.extend(estimate.into_iter().flat_map(|e| {
+            [(text(name), number(e.value)), (text(&format!("{name}Bound")), number(e.bound))]
+        }));
+    }
     if picture.channels.iter().any(|c| c.name.len() > SHORT_NAME) {
         // The crate sets the file's flag for long names by the names of attributes alone.
         attributes.other.insert(text("hasChannelNamesOfMoreThan31Bytes"), count(1));
@@ -199,6 +210,7 @@ mod tests {
             samples_per_pixel: (3, 4),
             render: Duration::from_millis(1500),
             backend: "Rust BVH".to_owned(),
+            rel_mse: Some(Estimate { value: 0.25, bound: f64::INFINITY }),
             ..Metadata::default()
         };
         let report = write_exr(&path, picture, &metadata).expect("writable");
@@ -255,6 +267,9 @@ mod tests {
         assert_eq!(other("loadTimeSeconds"), Some(AttributeValue::F32(0.0)));
         assert_eq!(other("buildTimeSeconds"), Some(AttributeValue::F32(0.0)));
         assert_eq!(other("renderTimeSeconds"), Some(AttributeValue::F32(1.5)));
+        assert_eq!(other("relMSE"), Some(AttributeValue::F32(0.25)));
+        assert_eq!(other("relMSEBound"), Some(AttributeValue::F32(f32::INFINITY)));
+        assert_eq!(other("noiseLevel"), None);
         assert_eq!(other("backend"), Some(AttributeValue::Text(text("Rust BVH"))));
     }
 

@@ -3,6 +3,7 @@
 use crate::math::Rgb;
 use crate::scene::settings::{AovKind, AovLayer, Crop, FilmSettings};
 
+pub mod error;
 pub mod exr;
 pub mod filter;
 pub mod output;
@@ -32,6 +33,8 @@ pub struct Content {
     pub picture: bool,
     /// Whether the variance of the picture's samples is kept.
     pub variance: bool,
+    /// Whether each pixel's samples are kept in two halves, which tell its error if they are independent.
+    pub halves: bool,
     /// Layers beside it.
     pub layers: Vec<AovLayer>,
 }
@@ -85,6 +88,12 @@ impl Film {
         &mut self.tiles
     }
 
+    /// The same, to be read.
+    #[must_use]
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
     /// The settings that it was made from.
     #[must_use]
     pub fn settings(&self) -> &FilmSettings {
@@ -100,7 +109,9 @@ impl Film {
     /// Smallest and largest number of samples that any pixel has.
     #[must_use]
     pub fn samples_per_pixel(&self) -> (u32, u32) {
-        let counts = || self.tiles.iter().flat_map(Tile::counts);
+        let counts = || {
+            self.tiles.iter().flat_map(|tile| (0..tile.pixels().count()).map(|i| tile.samples(i)))
+        };
         (counts().min().unwrap_or(0), counts().max().unwrap_or(0))
     }
 
@@ -130,7 +141,8 @@ impl Film {
     }
 
     /// Unbiased sample variance of one sample's radiance, per channel, likewise; infinite where there are
-    /// fewer than two samples. Only of a film that keeps it.
+    /// fewer than two samples. Only of a film that keeps it. If the halves of a pixel's samples differ in
+    /// size it is larger by as much as the variance of the mean is then.
     ///
     /// Divided by the number of samples it is the variance of a pixel's mean if the samples are
     /// independent. Those of a low-discrepancy sampler are not: they cover their domain evenly, so that
@@ -165,7 +177,7 @@ mod tests {
     use crate::scene::settings::{ComponentFormat, Filter};
 
     fn content(variance: bool) -> Content {
-        Content { picture: true, variance, layers: Vec::new() }
+        Content { picture: true, variance, halves: false, layers: Vec::new() }
     }
 
     fn one_pixel(variance: bool) -> Film {
@@ -189,7 +201,7 @@ mod tests {
         let tile = &mut film.tiles_mut()[0];
         for _ in 0..1_000_000 {
             tile.add_picture(0, Rgb::splat(0.1), 1.0);
-            tile.count(0);
+            tile.count_sample(0);
         }
         assert_eq!(film.radiance(), [Rgb::splat(0.1)]);
         assert_eq!(film.alpha(), [1.0]);
@@ -201,10 +213,10 @@ mod tests {
         let mut film = one_pixel(false);
         let tile = &mut film.tiles_mut()[0];
         tile.add_picture(0, Rgb::splat(1e9), 1.0);
-        tile.count(0);
+        tile.count_sample(0);
         for _ in 0..1_000_000 {
             tile.add_picture(0, Rgb::ONE, 1.0);
-            tile.count(0);
+            tile.count_sample(0);
         }
         assert_eq!(film.radiance()[0].x, (1.001e9 / 1_000_001.0) as f32);
     }
@@ -217,7 +229,7 @@ mod tests {
         for i in 0..1_000_000_u32 {
             let value = 1e6 + (i % 3) as f32;
             tile.add_picture(0, Rgb::new(value, 2.0 * value, 0.25), 1.0);
-            tile.count(0);
+            tile.count_sample(0);
         }
         let [red, green, blue] = film.variance()[0].to_array();
         // 0, 1, 2 have variance 2/3. The mean that is updated has an error of 2⁻⁵³·1e6 at most.
@@ -233,9 +245,23 @@ mod tests {
         for (value, variance) in [(1.0, f32::INFINITY), (3.0, 2.0), (5.0, 4.0)] {
             let tile = &mut film.tiles_mut()[0];
             tile.add_picture(0, Rgb::splat(value), 1.0);
-            tile.count(0);
+            tile.count_sample(0);
             assert_eq!(film.variance(), [Rgb::splat(variance)]);
         }
+    }
+
+    /// Six samples of variance 6/5, of which four are in one half: the mean of both halves' means has the
+    /// variance (1/4 + 1/2)/4 times that, and not 1/6.
+    #[test]
+    fn variance_is_that_of_halves_of_any_size() {
+        let content = Content { halves: true, ..content(true) };
+        let mut film = Film::new(&one_pixel(true).settings, content);
+        let tile = &mut film.tiles_mut()[0];
+        for (half, value) in [(0, 1.0), (0, 3.0), (1, 1.0), (0, 1.0), (0, 3.0), (1, 3.0)] {
+            tile.add_picture(tile.cell(0, half), Rgb::splat(value), 1.0);
+            tile.count_sample(tile.cell(0, half));
+        }
+        assert_eq!(film.variance(), [Rgb::splat(6.0 / 5.0 * 6.0 * 0.75 / 4.0)]);
     }
 
     #[test]

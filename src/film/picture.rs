@@ -56,7 +56,7 @@ impl Picture {
                 channels.push(Channel::new("A", Values::Color(film.alpha())));
             }
         }
-        if film.content().variance {
+        if settings.variance && film.content().variance {
             let variance = film.variance();
             for (component, name) in ["R", "G", "B"].into_iter().enumerate() {
                 let values = variance.iter().map(|rgb| rgb[component]).collect();
@@ -158,14 +158,15 @@ mod tests {
             component: ComponentFormat::Half,
             variance: true,
         };
-        let content = Content { picture: true, variance: true, layers: layers.to_vec() };
+        let content =
+            Content { picture: true, variance: true, halves: false, layers: layers.to_vec() };
         let mut film = Film::new(&settings, content);
         let tile = &mut film.tiles_mut()[0];
         tile.add_picture(0, Rgb::new(0.25, 0.5, 0.75), 1.0);
         let (numbers, indices) = tile.layers_mut(0);
         numbers.iter_mut().zip(1..).for_each(|(n, i)| *n = f64::from(i));
         indices.copy_from_slice(&[70, 80]);
-        tile.count(0);
+        tile.count_sample(0);
 
         let picture = Picture::from_film(&film);
         let names: Vec<_> = picture.channels.iter().map(|c| c.name.as_str()).collect();

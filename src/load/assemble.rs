@@ -17,7 +17,7 @@ use crate::camera::Perspective;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
 use crate::ray::Ray;
-use crate::scene::settings::{FilmSettings, IntegratorSettings, SamplerSettings};
+use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
 use crate::scene::{Description, Object as SceneObject, Scene};
 use crate::shape::mesh::Dropped;
 
@@ -69,7 +69,7 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
     let integrator = settings.unwrap_or_else(|| IntegratorSettings::Path(Default::default()));
     let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
         .expect("indices were handed out with the parts");
-    Some(Description { scene, camera, film, sampler, integrator })
+    Some(Description { scene, camera, film, sampler, integrator, effort: Effort::default() })
 }
 
 /// Materials and lights, as they are found.

@@ -24,11 +24,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::flip::flip;
 use super::image::Image;
 use super::statistics::{Moments, p_value, significance_each};
+use crate::film::error::REL_MSE_FLOOR;
 use crate::math::Rgb;
 
-/// Keeps relMSE finite where the reference is black.
-const REL_MSE_FLOOR: f64 = 0.01;
-/// The same for SMAPE.
+/// Keeps SMAPE finite where both are black.
 const SMAPE_FLOOR: f64 = 0.01;
 /// One pixel of so many counts as an outlier.
 const PIXELS_PER_OUTLIER: usize = 1000;

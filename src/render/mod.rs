@@ -1,7 +1,7 @@
 //! Passes over tiles, in parallel, and one sample by itself.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -13,22 +13,23 @@ use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::{self, PathSampler, Sampler};
 use crate::scene::Description;
-use crate::scene::settings::IntegratorSettings;
+use crate::scene::settings::{IntegratorSettings, SamplerSettings};
 
+mod allocation;
+mod schedule;
 mod trace;
 
+pub use allocation::FIRST_ALLOCATION;
+use schedule::Schedule;
+pub use schedule::{Ended, Errors};
 pub use trace::{Edge, Trace, trace};
-
-/// Samples that a pass adds to each pixel at most: early passes are short, so that there is a whole
-/// picture soon, later ones long, so that a tile's rays stay in the cache.
-const LONGEST_PASS: u32 = 64;
 
 /// How far a render has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Samples taken.
     pub samples_done: u64,
-    /// Samples to take in all.
+    /// Samples to take in all; a guess that changes if time or error end the render.
     pub samples_total: u64,
     /// Rays traced.
     pub rays: u64,
@@ -46,13 +47,17 @@ pub struct Statistics {
     pub non_finite: u64,
     /// The first of them, with which each can be traced again.
     pub non_finite_examples: Vec<SampleId>,
-    /// Smallest and largest number of samples that any pixel has; they differ if it was cancelled.
+    /// Smallest and largest number of samples that any pixel has; they differ if it was cancelled, or adaptive.
     pub samples_per_pixel: (u32, u32),
+    /// Why it ended.
+    pub ended: Ended,
+    /// What is known of the picture's error, if an error was asked for.
+    pub errors: Option<Errors>,
     /// Time in this function.
     pub elapsed: Duration,
 }
 
-/// One sample of one pixel: together with the seed all that its path depends on.
+/// One sample of one pixel: all that its path depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SampleId {
     /// Column on the whole film.
@@ -61,53 +66,75 @@ pub struct SampleId {
     pub y: u32,
     /// Index of the sample.
     pub sample: u32,
+    /// Seed of its numbers: the scene's, or that of the second half.
+    pub seed: u64,
 }
 
 /// Examples of non-finite samples to keep.
 const EXAMPLES: usize = 8;
 
+/// Told apart from the seed itself, so that both halves of a film have unrelated numbers.
+const SECOND_HALF: u64 = 0x5851_f42d_4c95_7f2d;
+
 /// Renders `description` with `engine`, which must have been built over its scene's shapes, in the
 /// current thread pool.
 ///
-/// The film does not depend on the number of threads. `on_progress` is called now and then, from any
-/// of them. Once `cancel` is true, tiles that have not begun are left as they are.
+/// The film does not depend on the number of threads, and but for the number of samples neither on time.
+/// `on_progress` is called now and then, from any of them. Once `cancel` is true, tiles that have not
+/// begun are left as they are.
+///
+/// If an error is to be reached, the samples of each pixel are drawn in two independent halves, and the
+/// picture is another one than without.
 pub fn render(
     description: &Description,
     engine: &dyn Intersector,
     on_progress: &(dyn Fn(Progress) + Sync),
     cancel: &AtomicBool,
 ) -> (Film, Statistics) {
-    let start = Instant::now();
+    let mut schedule = Schedule::new(description);
     let renderer = Renderer::new(description, engine);
     let mut film = Film::new(&description.film, renderer.content.clone());
-    let samples_per_pixel = description.sampler.samples_per_pixel;
     let crop = description.film.crop;
-    let samples_total =
-        u64::from(crop.width) * u64::from(crop.height) * u64::from(samples_per_pixel);
+    let pixels = u64::from(crop.width) * u64::from(crop.height);
     let (samples_done, rays) = (AtomicU64::new(0), AtomicU64::new(0));
 
     let mut tally = Tally::default();
     let mut done = 0;
-    while done < samples_per_pixel && !cancel.load(Ordering::Relaxed) {
-        let end = done + done.clamp(1, LONGEST_PASS).min(samples_per_pixel - done);
+    let ended = loop {
+        let end = match schedule.next(done) {
+            Ok(_) if cancel.load(Ordering::Relaxed) => break Ended::Cancelled,
+            Ok(end) => end,
+            Err(ended) => break ended,
+        };
+        let samples_total = (schedule.expected_total(done) * pixels as f64) as u64;
+        let ends = renderer.ends(&film, done, end);
+        let begin = schedule.elapsed();
         let pass = film
             .tiles_mut()
             .par_iter_mut()
+            .zip(&ends)
             .with_max_len(1)
             .filter(|_| !cancel.load(Ordering::Relaxed))
-            .map(|tile| {
-                let tally = renderer.add_samples(tile, end);
+            .map(|(tile, ends)| {
+                let tally = renderer.add_samples(tile, ends);
                 let samples_done =
                     samples_done.fetch_add(tally.samples, Ordering::Relaxed) + tally.samples;
                 let traced = tally.rays.total();
                 let rays = rays.fetch_add(traced, Ordering::Relaxed) + traced;
+                let samples_total = samples_total.max(samples_done);
                 on_progress(Progress { samples_done, samples_total, rays });
                 tally
             })
             .reduce(Tally::default, Tally::merge);
+        let whole = pass.tiles == ends.len();
         tally = tally.merge(pass);
+        if !whole {
+            break Ended::Cancelled;
+        }
+        let elapsed = schedule.elapsed() - begin;
+        schedule.look(&film, end, end - done, elapsed);
         done = end;
-    }
+    };
 
     let statistics = Statistics {
         samples: tally.samples,
@@ -115,7 +142,9 @@ pub fn render(
         non_finite: tally.non_finite,
         non_finite_examples: tally.examples,
         samples_per_pixel: film.samples_per_pixel(),
-        elapsed: start.elapsed(),
+        ended,
+        errors: Errors::of(&film),
+        elapsed: schedule.elapsed(),
     };
     (film, statistics)
 }
@@ -124,7 +153,8 @@ pub fn render(
 struct Renderer<'a> {
     description: &'a Description,
     engine: &'a dyn Intersector,
-    sampler: Box<dyn Sampler>,
+    /// Seed and numbers of each half of the samples.
+    samplers: Vec<(u64, Box<dyn Sampler>)>,
     filter: FilterSampler,
     content: Content,
     picture: Option<Box<dyn Integrator>>,
@@ -138,47 +168,94 @@ impl<'a> Renderer<'a> {
             IntegratorSettings::Aov { layers, .. } => layers.clone(),
             _ => Vec::new(),
         };
+        let content = Content {
+            picture: picture.is_some(),
+            variance: picture.is_some()
+                && (description.film.variance || description.effort.adaptive),
+            halves: picture.is_some() && description.effort.needs_halves(),
+            layers,
+        };
+        let seed = description.sampler.seed;
+        let seeds = if content.halves { vec![seed, seed ^ SECOND_HALF] } else { vec![seed] };
+        let sampler =
+            |seed| (seed, sampler::build(&SamplerSettings { seed, ..description.sampler }));
         Self {
             description,
             engine,
-            sampler: sampler::build(&description.sampler),
+            samplers: seeds.into_iter().map(sampler).collect(),
             filter: FilterSampler::new(description.film.filter),
-            content: Content {
-                picture: picture.is_some(),
-                variance: picture.is_some() && description.film.variance,
-                layers,
-            },
+            content,
             picture,
             aov,
         }
     }
 
-    /// Adds samples to a tile until each of its pixels has `end`.
-    fn add_samples(&self, tile: &mut Tile, end: u32) -> Tally {
-        let mut tally = Tally::default();
+    /// For each tile the samples that each half of its pixels has after the next pass, which brings the mean
+    /// of both together from `done` to `mean`. The first half has one more of an odd number.
+    fn ends(&self, film: &Film, done: u32, mean: u32) -> Vec<[u32; 2]> {
+        if self.adaptive() {
+            allocation::allocate(film, done, mean)
+        } else if self.content.halves {
+            vec![[mean.div_ceil(2), mean / 2]; film.tiles().len()]
+        } else {
+            vec![[mean, 0]; film.tiles().len()]
+        }
+    }
+
+    fn adaptive(&self) -> bool {
+        self.content.halves && self.description.effort.adaptive
+    }
+
+    /// Adds samples to a tile until each half of its pixels has as many as `ends` says.
+    fn add_samples(&self, tile: &mut Tile, ends: &[u32; 2]) -> Tally {
+        let mut tally = Tally { tiles: 1, ..Tally::default() };
         let mut tracer = Tracer::new(&self.description.scene, self.engine);
-        for (pixel, (x, y)) in tile.pixels().enumerate() {
-            for sample in tile.samples(pixel)..end {
-                let id = SampleId { x, y, sample };
-                if !self.add_sample(tile, pixel, id, &mut tracer) {
-                    tally.non_finite += 1;
-                    if tally.examples.len() < EXAMPLES {
-                        tally.examples.push(id);
-                    }
+        for (half, (numbers, &end)) in self.samplers.iter().zip(ends).enumerate() {
+            let mut done = tile.count(tile.cell(0, half));
+            while done < end {
+                let record = self.adaptive().then(|| allocation::next_record(done));
+                done = record.map_or(end, |record| record.min(end));
+                self.add_to_half(tile, half, numbers, done, &mut tracer, &mut tally);
+                if record == Some(done) {
+                    tile.record_noise(half);
                 }
-                tile.count(pixel);
-                tally.samples += 1;
             }
         }
         tally.rays = tracer.counts;
         tally
     }
 
+    /// Adds samples to one half of a tile until each of its pixels has `end`.
+    fn add_to_half(
+        &self,
+        tile: &mut Tile,
+        half: usize,
+        (seed, sampler): &(u64, Box<dyn Sampler>),
+        end: u32,
+        tracer: &mut Tracer<'_>,
+        tally: &mut Tally,
+    ) {
+        for (pixel, (x, y)) in tile.pixels().enumerate() {
+            let cell = tile.cell(pixel, half);
+            for sample in tile.count(cell)..end {
+                let id = SampleId { x, y, sample, seed: *seed };
+                let begun = self.begin(sampler.as_ref(), id);
+                if !self.add_sample(tile, cell, id, begun, tracer) {
+                    tally.non_finite += 1;
+                    if tally.examples.len() < EXAMPLES {
+                        tally.examples.push(id);
+                    }
+                }
+                tile.count_sample(cell);
+                tally.samples += 1;
+            }
+        }
+    }
+
     /// The camera ray of a sample, and the numbers of the rest of its path.
-    fn begin(&self, id: SampleId) -> (Ray, PathSampler<'_>) {
+    fn begin<'s>(&self, sampler: &'s dyn Sampler, id: SampleId) -> (Ray, PathSampler<'s>) {
         let film = &self.description.film;
-        let mut sampler =
-            PathSampler::new(self.sampler.as_ref(), id.y * film.width + id.x, id.sample);
+        let mut sampler = PathSampler::new(sampler, id.y * film.width + id.x, id.sample);
         let offset = self.filter.sample(sampler.next_2d());
         // In f64: an f32 would put what lies at the end of pixel 1000 on the next one.
         let center = DVec2::new(f64::from(id.x) + 0.5, f64::from(id.y) + 0.5);
@@ -190,24 +267,24 @@ impl<'a> Renderer<'a> {
     fn add_sample(
         &self,
         tile: &mut Tile,
-        pixel: usize,
+        cell: usize,
         id: SampleId,
+        (ray, mut sampler): (Ray, PathSampler<'_>),
         tracer: &mut Tracer<'_>,
     ) -> bool {
-        let (ray, mut sampler) = self.begin(id);
         let mut finite = true;
         if let Some(integrator) = &self.picture {
             let estimate = integrator.estimate(tracer, &ray, &mut sampler);
             finite = estimate.radiance.is_finite();
             if finite {
-                tile.add_picture(pixel, estimate.radiance, estimate.alpha);
+                tile.add_picture(cell, estimate.radiance, estimate.alpha);
             } else {
                 // It counts as a sample, so that the numbers of samples stay alike.
-                tile.add_picture(pixel, Rgb::ZERO, 0.0);
+                tile.add_picture(cell, Rgb::ZERO, 0.0);
             }
         }
         if let Some(aov) = &self.aov {
-            let (numbers, indices) = tile.layers_mut(pixel);
+            let (numbers, indices) = tile.layers_mut(cell);
             let (mut numbers, mut indices) = (numbers.iter_mut(), indices.iter_mut());
             aov.evaluate(
                 tracer,
@@ -215,7 +292,7 @@ impl<'a> Renderer<'a> {
                 |value| *numbers.next().expect("as many as components") += f64::from(value),
                 |value| {
                     let slot = indices.next().expect("as many as layers");
-                    if id.sample == 0 {
+                    if id.sample == 0 && id.seed == self.description.sampler.seed {
                         *slot = value;
                     }
                 },
@@ -228,6 +305,7 @@ impl<'a> Renderer<'a> {
 /// Counts of one or more tiles.
 #[derive(Default)]
 struct Tally {
+    tiles: usize,
     samples: u64,
     rays: RayCounts,
     non_finite: u64,
@@ -236,6 +314,7 @@ struct Tally {
 
 impl Tally {
     fn merge(mut self, other: Self) -> Self {
+        self.tiles += other.tiles;
         self.samples += other.samples;
         self.rays += other.rays;
         self.non_finite += other.non_finite;

@@ -5,8 +5,9 @@ use crate::integrator::{self, Estimate, Tracer};
 use crate::intersect::recorder::Query;
 use crate::intersect::{Intersector, Recorder};
 use crate::math::Rgb;
+use crate::sampler;
 use crate::scene::Description;
-use crate::scene::settings::{IntegratorSettings, PathSettings};
+use crate::scene::settings::{IntegratorSettings, PathSettings, SamplerSettings};
 
 /// A path that was followed.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,9 +39,10 @@ const MOST_EDGES: u32 = 1000;
 pub fn trace(description: &Description, engine: &dyn Intersector, id: SampleId) -> Option<Trace> {
     let recorder = Recorder::new(engine);
     let renderer = Renderer::new(description, &recorder);
+    let numbers = sampler::build(&SamplerSettings { seed: id.seed, ..description.sampler });
     let look = |settings: &IntegratorSettings| {
         let (integrator, _) = integrator::build(settings, &description.scene);
-        let (ray, mut sampler) = renderer.begin(id);
+        let (ray, mut sampler) = renderer.begin(numbers.as_ref(), id);
         let mut tracer = Tracer::new(&description.scene, &recorder);
         let estimate = integrator?.estimate(&mut tracer, &ray, &mut sampler);
         Some((estimate, recorder.take()))

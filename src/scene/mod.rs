@@ -27,6 +27,8 @@ pub struct Description {
     pub sampler: settings::SamplerSettings,
     /// How light is carried.
     pub integrator: settings::IntegratorSettings,
+    /// What ends a render early.
+    pub effort: settings::Effort,
 }
 
 /// A shape with its material and, if it is a light, its emitter.
@@ -139,8 +141,8 @@ pub(crate) mod tests {
     use glam::{DAffine3, Vec2};
 
     use super::settings::{
-        ComponentFormat, Crop, FilmSettings, Filter, IntegratorSettings, PathSettings, SamplerKind,
-        SamplerSettings,
+        ComponentFormat, Crop, Effort, FilmSettings, Filter, IntegratorSettings, PathSettings,
+        SamplerKind, SamplerSettings,
     };
     use super::*;
     use crate::camera::PerspectiveSettings;
@@ -173,6 +175,7 @@ pub(crate) mod tests {
                 seed: 0,
             },
             integrator: IntegratorSettings::Path(PathSettings::default()),
+            effort: Effort::default(),
         }
     }
 }

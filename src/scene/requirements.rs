@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::settings::{
-    AovKind, FilmSettings, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
+    AovKind, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
 };
 use super::{Description, Scene};
 use crate::bsdf::Needs;
@@ -106,7 +106,7 @@ impl Requirements {
             (Feature::HiddenEmitters, hidden_emitters(integrator)),
             (Feature::Alpha, alpha),
             (Feature::Layers, layers(integrator)),
-            (Feature::Variance, variance(film, integrator)),
+            (Feature::Variance, variance(description)),
         ];
         let decide = |(feature, reason): (Feature, Reason)| Decision {
             feature,
@@ -273,12 +273,19 @@ fn layers(integrator: &IntegratorSettings) -> Reason {
     }
 }
 
-fn variance(film: &FilmSettings, integrator: &IntegratorSettings) -> Reason {
-    if !film.variance {
+fn variance(description: &Description) -> Reason {
+    let Description { film, effort, .. } = description;
+    let reasons = [
+        (film.variance, "the film has layers for it"),
+        (effort.needs_error(), "an error is to be reached"),
+        (effort.adaptive, "noisy parts get more samples"),
+    ];
+    let asked: Vec<_> = reasons.iter().filter(|(asked, _)| *asked).map(|(_, why)| *why).collect();
+    if asked.is_empty() {
         return Err("nothing asks for an estimate of the error".to_owned());
     }
-    match picture(integrator) {
-        Some(_) => Ok("the film has layers for it".to_owned()),
+    match picture(&description.integrator) {
+        Some(_) => Ok(asked.join(", ")),
         None => Err("layers alone are asked for".to_owned()),
     }
 }
@@ -454,5 +461,10 @@ mod tests {
         assert_eq!(reason(&d, Feature::Variance), expected);
         d.film.variance = true;
         assert_eq!(reason(&d, Feature::Variance), modelled("the film has layers for it"));
+        d.effort.error = Some(0.01);
+        let expected = "the film has layers for it, an error is to be reached";
+        assert_eq!(reason(&d, Feature::Variance), modelled(expected));
+        d.film.variance = false;
+        assert_eq!(reason(&d, Feature::Variance), modelled("an error is to be reached"));
     }
 }

@@ -74,7 +74,7 @@ fn samples_of_a_wide_film_lie_in_their_pixel() {
     let engine = intersect::build(Backend::Rust, &description.scene.shapes()).expect("builds");
     let mut places = BTreeSet::new();
     for sample in 0..64 {
-        let id = SampleId { x, y: 0, sample };
+        let id = SampleId { x, y: 0, sample, seed: description.sampler.seed };
         let traced = trace(&description, engine.as_ref(), id).expect("a path");
         let direction = traced.edges[0].queries[0].ray.direction.as_dvec3();
         // Half width 1 at distance 1, and +x to the left.

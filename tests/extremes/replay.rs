@@ -25,7 +25,7 @@ fn samples_are_the_same_by_themselves() {
             let engine = intersect::build(backend, &shapes).expect("builds");
             let mut sum = glam::DVec3::ZERO;
             for sample in 0..16 {
-                let id = SampleId { x, y, sample };
+                let id = SampleId { x, y, sample, seed: description.sampler.seed };
                 let traced = trace(&description, engine.as_ref(), id).expect("a path tracer");
                 sum += traced.estimate.radiance.as_dvec3();
                 let first = &traced.edges[0];
