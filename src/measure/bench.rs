@@ -13,7 +13,7 @@ use super::metrics::Metrics;
 use super::plan::run_seed;
 use crate::intersect::{self, Accel, BuildError, Intersector};
 use crate::math::Rgb;
-use crate::render::{Progress, Statistics, render};
+use crate::render::{Ended, Progress, Statistics, render};
 use crate::scene::Description;
 
 /// Why a setting cannot be rendered.
@@ -160,7 +160,7 @@ impl<'a> Bench<'a> {
         let others = self.engines.iter().filter(|e| e.accel != setting.accel);
         let idle: usize = others.map(|e| e.built.bytes()).sum();
         let peak = self.memory.peak().map(|bytes| bytes.saturating_sub(idle as u64));
-        let complete = statistics.samples_per_pixel.0 >= setting.samples_per_pixel;
+        let complete = statistics.ended != Ended::Cancelled;
         complete.then(|| (Image::from_film(&film), statistics, peak))
     }
 

@@ -5,7 +5,7 @@ mod turn;
 use crate::intersect::accel::{Mode, UnknownMode};
 use crate::intersect::{Accel, Backend};
 use crate::scene::Description;
-use crate::scene::settings::{Filter, IntegratorSettings, SamplerKind};
+use crate::scene::settings::{Effort, Filter, IntegratorSettings, SamplerKind};
 
 /// How a scene is rendered: all that knobs can turn.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Setting {
     pub sampler: SamplerKind,
     /// Samples per pixel.
     pub samples_per_pixel: u32,
+    /// Whether noisy parts of the picture get more samples than others.
+    pub adaptive: bool,
     /// Reconstruction filter.
     pub filter: Filter,
     /// Engine and its modes.
@@ -160,6 +162,7 @@ pub static KNOBS: &[Knob] = &[
         set: turn::rr_depth,
     },
     Knob { name: "sampler", values: SAMPLERS, needs: "", set: turn::sampler },
+    Knob { name: "adaptive", values: "one of: true, false", needs: "", set: turn::adaptive },
     Knob {
         name: "filter",
         values: "box, tent:RADIUS or gaussian:STDDEV, in pixels above 0",
@@ -208,6 +211,7 @@ impl Setting {
             integrator: integrator.cloned().ok_or(KnobError::NoPicture)?,
             sampler: description.sampler.kind,
             samples_per_pixel: description.sampler.samples_per_pixel,
+            adaptive: description.effort.adaptive,
             filter: description.film.filter,
             accel,
             threads,
@@ -221,6 +225,7 @@ impl Setting {
         description.sampler.kind = self.sampler;
         description.sampler.samples_per_pixel = self.samples_per_pixel;
         description.sampler.seed = seed;
+        description.effort = Effort { adaptive: self.adaptive, ..Effort::default() };
         description.film.filter = self.filter;
     }
 
@@ -301,6 +306,7 @@ mod tests {
             "rr_max_survival" => ["0.5", "0.25"],
             "rr_depth" => ["0", "7"],
             "sampler" => ["independent", "sobol"],
+            "adaptive" => ["true", "false"],
             "filter" => ["tent:1", "gaussian:0.5"],
             "threads" => ["1", "4"],
             mode => Accel::modes(Backend::Rust)

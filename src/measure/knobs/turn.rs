@@ -201,6 +201,14 @@ pub(super) fn sampler(setting: &mut Setting, value: &str) -> Turn {
     })
 }
 
+pub(super) fn adaptive(setting: &mut Setting, value: &str) -> Turn {
+    match value.parse() {
+        Ok(adaptive) => setting.adaptive = adaptive,
+        Err(_) => return Turn::Bad,
+    }
+    Turn::Done
+}
+
 pub(super) fn filter(setting: &mut Setting, value: &str) -> Turn {
     let length = |text: &str| text.parse::<f32>().ok().filter(|v| *v > 0.0 && v.is_finite());
     let filter = match value.split_once(':').map(|(name, text)| (name, length(text))) {
