@@ -2,8 +2,8 @@
 //! whole file or what was there before.
 
 use std::fmt::{self, Display, Formatter};
-use std::fs::{self, File, Permissions};
-use std::io::{self, BufWriter, Write};
+use std::fs::{self, Permissions};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -123,26 +123,65 @@ pub fn write_whole(path: &Path, contents: &[u8]) -> Result<(), OutputError> {
     })
 }
 
-/// Writes a file through a temporary one in the same folder, which takes the place of `path` in one
-/// step after its contents are on the disk. If anything fails, `path` is as it was and nothing else is
-/// left behind.
+/// Writes a file through an [`AtomicFile`]. If anything fails, `path` is as it was and nothing else is left
+/// behind.
 pub(super) fn write_atomically(
     path: &Path,
-    contents: impl FnOnce(&mut BufWriter<&File>) -> Result<(), OutputError>,
+    contents: impl FnOnce(&mut AtomicFile) -> Result<(), OutputError>,
 ) -> Result<(), OutputError> {
-    let io = |error| OutputError::Io { path: path.to_owned(), error };
-    let temporary = temporary_beside(path)?;
-    let _listed = TEMPORARIES.add(temporary.path());
-    let mut writer = BufWriter::new(temporary.as_file());
-    contents(&mut writer)?;
-    writer.flush().map_err(io)?;
-    drop(writer);
-    temporary.as_file().sync_all().map_err(io)?;
-    temporary.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
+    let mut file = AtomicFile::create(path)?;
+    contents(&mut file)?;
+    file.finish()
 }
 
-/// Removes the temporary files of all pictures that are being written, which then fail: for a process that
+/// A file that takes the place of its path in one step, once it is finished and its contents are on the
+/// disk; until then it is a temporary one in the same folder, gone when dropped.
+#[derive(Debug)]
+pub(crate) struct AtomicFile {
+    path: PathBuf,
+    temporary: BufWriter<tempfile::NamedTempFile>,
+    _listed: Listed<'static>,
+}
+
+impl AtomicFile {
+    pub(crate) fn create(path: &Path) -> Result<Self, OutputError> {
+        let temporary = temporary_beside(path)?;
+        let _listed = TEMPORARIES.add(temporary.path());
+        Ok(Self { path: path.to_owned(), temporary: BufWriter::new(temporary), _listed })
+    }
+
+    /// An error of the operating system about this file.
+    pub(crate) fn error(&self, error: io::Error) -> OutputError {
+        OutputError::Io { path: self.path.clone(), error }
+    }
+
+    pub(crate) fn finish(self) -> Result<(), OutputError> {
+        let Self { path, temporary, _listed } = self;
+        let io = |error| OutputError::Io { path: path.clone(), error };
+        let temporary = temporary.into_inner().map_err(|e| io(e.into_error()))?;
+        temporary.as_file().sync_all().map_err(io)?;
+        temporary.persist(&path).map_err(|e| io(e.error))?;
+        Ok(())
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.temporary.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.temporary.flush()
+    }
+}
+
+impl Seek for AtomicFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.temporary.seek(to)
+    }
+}
+
+/// Removes the temporary files of all that is being written, which then fail: for a process that
 /// ends at once.
 pub fn remove_temporaries() {
     TEMPORARIES.remove();
@@ -152,9 +191,11 @@ static TEMPORARIES: Temporaries = Temporaries(Mutex::new(Vec::new()));
 
 /// Temporary files that are being written. A process that is told to end at once runs no destructors, and
 /// has no other way to know of them.
+#[derive(Debug)]
 struct Temporaries(Mutex<Vec<PathBuf>>);
 
 /// A place in the list, free again when dropped.
+#[derive(Debug)]
 struct Listed<'a> {
     list: &'a Temporaries,
     path: PathBuf,
@@ -230,7 +271,7 @@ mod tests {
         entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect()
     }
 
-    fn put(writer: &mut BufWriter<&File>, bytes: &[u8]) -> Result<(), OutputError> {
+    fn put(writer: &mut AtomicFile, bytes: &[u8]) -> Result<(), OutputError> {
         writer.write_all(bytes).expect("there is room");
         Ok(())
     }
