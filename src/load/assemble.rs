@@ -16,7 +16,6 @@ use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::Perspective;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
-use crate::ray::Ray;
 use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
 use crate::scene::{Description, Object as SceneObject, Scene};
 use crate::shape::mesh::Dropped;
@@ -189,19 +188,8 @@ impl Parts {
 }
 
 fn dropped_warning(object: &Object<'_>, dropped: Dropped) -> Option<Issue> {
-    let Dropped { degenerate, not_finite, too_large } = dropped;
-    let count = |n: usize| if n == 1 { "1 triangle".into() } else { format!("{n} triangles") };
-    let parts: Vec<_> = [
-        (degenerate, "without area".to_owned()),
-        (not_finite, "with vertices that are not finite".to_owned()),
-        (too_large, format!("with coordinates of {:e} or more", Ray::LARGEST_COORDINATE)),
-    ]
-    .into_iter()
-    .filter(|&(n, _)| n > 0)
-    .map(|(n, what)| format!("{} {what}", count(n)))
-    .collect();
     let place = object.place_of("filename");
-    (!parts.is_empty()).then(|| Issue::new(place, format!("left out {}", parts.join(" and "))))
+    (!dropped.is_none()).then(|| Issue::new(place, dropped.to_string()))
 }
 
 type View = (Perspective, FilmSettings, SamplerSettings);

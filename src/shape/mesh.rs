@@ -1,5 +1,7 @@
 //! Triangle meshes.
 
+use std::fmt::{self, Display, Formatter};
+
 use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
@@ -61,6 +63,33 @@ pub struct Dropped {
     pub too_large: usize,
     /// Triangles without area.
     pub degenerate: usize,
+}
+
+impl Dropped {
+    /// Whether the mesh is whole.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// As a warning: `left out 1 triangle without area`.
+impl Display for Dropped {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let too_large = format!("with coordinates of {:e} or more", Ray::LARGEST_COORDINATE);
+        let parts: Vec<_> = [
+            (self.degenerate, "without area"),
+            (self.not_finite, "with vertices that are not finite"),
+            (self.too_large, &too_large),
+        ]
+        .into_iter()
+        .filter(|&(count, _)| count > 0)
+        .map(|(count, what)| {
+            format!("{count} triangle{} {what}", if count == 1 { "" } else { "s" })
+        })
+        .collect();
+        write!(f, "left out {}", parts.join(" and "))
+    }
 }
 
 impl TriangleMesh {

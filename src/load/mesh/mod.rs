@@ -21,6 +21,7 @@ use glam::DAffine3;
 pub use error::{MeshFileError, MeshProblem};
 
 use self::error::Fault;
+use super::precision;
 use crate::shape::mesh::{Dropped, TriangleMesh};
 
 /// How a file's mesh is put into the world.
@@ -46,6 +47,16 @@ pub struct LoadedMesh {
     pub mesh: TriangleMesh,
     /// Triangles that the mesh is without.
     pub dropped: Dropped,
+}
+
+impl LoadedMesh {
+    /// What is not as the file says: triangles left out, and what 32-bit floats distort.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let dropped = (!self.dropped.is_none()).then(|| self.dropped.to_string());
+        let doubts = precision::doubts(&self.mesh).into_iter();
+        dropped.into_iter().chain(doubts.map(|(what, help)| format!("{what}; {help}"))).collect()
+    }
 }
 
 /// The mesh in a Wavefront OBJ file. All groups and objects in it become one mesh.
