@@ -1,10 +1,10 @@
 //! Flat disks.
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3A};
+use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3A};
 
 use super::{
-    Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
-    error_offset, rounding,
+    Analytic, Crossing, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward,
+    area_sample_toward, error_offset, rounding,
 };
 use crate::math::{Aabb, warp};
 use crate::ray::{Hit, Ray};
@@ -43,6 +43,12 @@ impl Disk {
         })
     }
 
+    fn plane(&self) -> Plane {
+        let to_world = self.to_local.inverse();
+        let [x, y] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis];
+        Plane { center: to_world.translation, x, y }
+    }
+
     fn surface_at(&self, p: Vec2) -> SurfacePoint {
         let position = self.to_world.transform_point3a(p.extend(0.0).into());
         let m = self.to_world.matrix3;
@@ -76,6 +82,57 @@ impl Analytic for Disk {
         let reach = Vec3A::from((x * x + y * y).to_array().map(f32::sqrt))
             + (center.abs() + (x.abs() + y.abs())) * (4.0 * f32::EPSILON);
         Aabb { min: (center - reach).into(), max: (center + reach).into() }
+    }
+
+    /// In the world's plane of the disk, where [`Analytic::intersect`] goes to the disk's own space.
+    fn crossings(&self, origin: DVec3, direction: DVec3) -> [Option<Crossing>; 2] {
+        let plane = self.plane();
+        let normal = plane.x.cross(plane.y);
+        let facing = direction.dot(normal);
+        let t = (plane.center - origin).dot(normal) / facing;
+        let radius = plane.coordinates(origin + direction * t).length();
+        let cosine = facing.abs() / (direction.length() * normal.length());
+        let crossing = Crossing { t, clearance: (1.0 - radius) * plane.least_stretch() * cosine };
+        [(t.is_finite() && radius <= 1.0).then_some(crossing), None]
+    }
+
+    /// Exact for a circle; for an ellipse, beyond its rim, at most too large by the ratio of its axes.
+    fn distance(&self, point: DVec3) -> f64 {
+        let plane = self.plane();
+        let p = plane.coordinates(point);
+        let p = p / p.length().max(1.0);
+        (plane.center + plane.x * p.x + plane.y * p.y).distance(point)
+    }
+}
+
+/// The disk in world space: its centre and the images of the axes.
+struct Plane {
+    center: DVec3,
+    x: DVec3,
+    y: DVec3,
+}
+
+impl Plane {
+    /// The entries of the Gram matrix of the axes: x², xy, y².
+    fn gram(&self) -> [f64; 3] {
+        [self.x.length_squared(), self.x.dot(self.y), self.y.length_squared()]
+    }
+
+    /// The coordinates along the axes of the point of the plane that is nearest to `point`.
+    fn coordinates(&self, point: DVec3) -> DVec2 {
+        let p = point - self.center;
+        let (px, py) = (p.dot(self.x), p.dot(self.y));
+        let [xx, xy, yy] = self.gram();
+        DVec2::new(yy * px - xy * py, xx * py - xy * px) / (xx * yy - xy * xy)
+    }
+
+    /// The smaller radius of the ellipse: the root of the smaller eigenvalue of the Gram matrix.
+    fn least_stretch(&self) -> f64 {
+        let [xx, xy, yy] = self.gram();
+        let (mean, half_difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        // The product of both over the larger one: the difference would cancel.
+        let larger = mean + half_difference.hypot(xy);
+        ((xx * yy - xy * xy) / larger).sqrt()
     }
 }
 

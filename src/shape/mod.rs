@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 
-use glam::{Vec2, Vec3A};
+use glam::{DVec3, Vec2, Vec3A};
 
 use crate::math::{Aabb, Frame, type_word};
 use crate::ray::{Hit, Ray};
@@ -38,6 +38,20 @@ pub trait Analytic: Debug + Send + Sync {
     fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)>;
     /// A box around the primitive, world space.
     fn bounds(&self) -> Aabb;
+    /// Where the whole line through `origin` along `direction` crosses the primitive, in f64: what
+    /// [`Analytic::intersect`] is judged by, so computed in another way.
+    fn crossings(&self, origin: DVec3, direction: DVec3) -> [Option<Crossing>; 2];
+    /// Distance of a point from the primitive, in scene units.
+    fn distance(&self, point: DVec3) -> f64;
+}
+
+/// A crossing of a line with a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Distance along the line, in units of its direction.
+    pub t: f64,
+    /// How far the line may be moved sideways, in scene units, so that it surely still crosses there.
+    pub clearance: f64,
 }
 
 /// A surface that can be hit, shaded and, for an emitter, sampled.

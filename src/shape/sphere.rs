@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec2, Vec3A};
 
 use super::{
-    Analytic, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward,
-    error_offset, rounding,
+    Analytic, Crossing, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward,
+    area_sample_toward, error_offset, rounding,
 };
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
@@ -80,6 +80,26 @@ impl Analytic for Sphere {
         // One more ulp of the sum on each side: the box must hold the sphere after rounding.
         let reach = Vec3A::splat(self.radius) + (self.center.abs() + self.radius) * f32::EPSILON;
         Aabb { min: (self.center - reach).into(), max: (self.center + reach).into() }
+    }
+
+    /// By Pythagoras, from the point of the line that is nearest to the centre.
+    fn crossings(&self, origin: DVec3, direction: DVec3) -> [Option<Crossing>; 2] {
+        let to_center = self.center.as_dvec3() - origin;
+        let length = direction.length();
+        let unit = direction / length;
+        let beside = to_center.cross(unit).length();
+        let radius = f64::from(self.radius);
+        let clearance = radius - beside;
+        if clearance.is_nan() || clearance < 0.0 {
+            return [None; 2];
+        }
+        let half_chord = (clearance * (radius + beside)).sqrt();
+        [-half_chord, half_chord]
+            .map(|h| Some(Crossing { t: (to_center.dot(unit) + h) / length, clearance }))
+    }
+
+    fn distance(&self, point: DVec3) -> f64 {
+        (point.distance(self.center.as_dvec3()) - f64::from(self.radius)).abs()
     }
 }
 
