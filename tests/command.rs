@@ -426,7 +426,9 @@ fn paths_that_are_not_there_cannot_be_followed() {
 fn help_mentions_every_option() {
     let folder = Folder::new();
     let help = folder.succeed("--help").stdout;
-    for part in ["render", "inspect", "trace", "completions", "man", "Example: telamon render"] {
+    for part in
+        ["render", "inspect", "trace", "parity", "completions", "man", "Example: telamon render"]
+    {
         assert!(help.contains(part), "{part}: {help}");
     }
     let options = [

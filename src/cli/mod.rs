@@ -21,6 +21,7 @@ mod machine;
 mod man;
 mod measure;
 mod message;
+mod parity;
 mod progress;
 mod render;
 mod table;
@@ -51,6 +52,7 @@ enum Command {
     Trace(trace::Arguments),
     Compare(compare::Arguments),
     Measure(measure::Arguments),
+    Parity(parity::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }
@@ -79,6 +81,7 @@ impl CommandLine {
             Command::Inspect(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Trace(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Measure(arguments) => arguments.run(),
+            Command::Parity(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Completions(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Man(arguments) => arguments.run().map(|()| Ending::Done),

@@ -5,7 +5,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use telamon::render::Progress;
 
-/// Shows how far a render has come, if standard error is a terminal.
+/// Shows how far a long command has come, if standard error is a terminal.
 #[derive(Debug)]
 pub(super) struct Bar(ProgressBar);
 
@@ -22,14 +22,19 @@ impl Bar {
     }
 
     pub(super) fn update(&self, progress: Progress) {
-        let elapsed = self.0.elapsed();
-        self.0.set_length(progress.samples_total);
-        self.0.set_position(progress.samples_done);
-        self.0.set_message(format!(
-            "{} Msamples/s, {} Mrays/s",
-            millions_per_second(progress.samples_done, elapsed),
-            millions_per_second(progress.rays, elapsed)
-        ));
+        let Progress { samples_done, samples_total, rays } = progress;
+        self.show(samples_done, samples_total, |elapsed| {
+            let [samples, rays] =
+                [samples_done, rays].map(|count| millions_per_second(count, elapsed));
+            format!("{samples} Msamples/s, {rays} Mrays/s")
+        });
+    }
+
+    /// `message` says how fast it goes, from the time since the beginning.
+    pub(super) fn show(&self, done: u64, total: u64, message: impl FnOnce(Duration) -> String) {
+        self.0.set_length(total);
+        self.0.set_position(done);
+        self.0.set_message(message(self.0.elapsed()));
     }
 
     pub(super) fn finish(&self) {

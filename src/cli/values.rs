@@ -5,7 +5,10 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use telamon::film::output::{FileFormat, OutputError};
+use telamon::intersect::accel::MalformedMode;
+use telamon::intersect::{Accel, Backend, UnknownBackend};
 use telamon::measure::plan::Variation;
+use telamon::parity::Budget;
 use telamon::scene::settings::{Crop, SamplerKind};
 
 /// A picture file that is asked for.
@@ -117,6 +120,40 @@ pub(super) fn time(text: &str) -> Result<Duration, String> {
     match seconds.and_then(|s| Duration::try_from_secs_f64(s).ok()) {
         Some(time) if !time.is_zero() => Ok(time),
         _ => Err("expected a time such as 90s, 5m or 1.5h".to_owned()),
+    }
+}
+
+/// An engine and its modes: `rust,triangle=plain`.
+pub(super) fn accel(text: &str) -> Result<Accel, String> {
+    let mut parts = text.split(',');
+    let backend: Backend =
+        parts.next().unwrap_or("").parse().map_err(|e: UnknownBackend| e.to_string())?;
+    let mut accel = Accel::from(backend);
+    for part in parts {
+        let mode = part.parse().map_err(|e: MalformedMode| e.to_string())?;
+        accel.set(&mode).map_err(|e| e.to_string())?;
+    }
+    Ok(accel)
+}
+
+/// A count that may be long: `1e8` or `100000000`.
+pub(super) fn count(text: &str) -> Result<u64, String> {
+    let value: Option<f64> = text.parse().ok();
+    // Up to 2⁵³ an f64 counts exactly.
+    match value.filter(|&n| (1.0..=9_007_199_254_740_992.0).contains(&n) && n.fract() == 0.0) {
+        Some(n) => Ok(n as u64),
+        None => Err("expected a whole number of at least 1, such as 1000000 or 1e6".to_owned()),
+    }
+}
+
+/// Two shares, of random and of aimed rays: `1e-6,0.01`.
+pub(super) fn budget(text: &str) -> Result<Budget, String> {
+    let shares: Option<Vec<f64>> = text.split(',').map(|part| part.parse().ok()).collect();
+    match shares.as_deref() {
+        Some(&[random, aimed]) if [random, aimed].iter().all(|s| (0.0..=1.0).contains(s)) => {
+            Ok(Budget { random, aimed })
+        }
+        _ => Err("expected two numbers from 0 to 1, such as 1e-6,0.01".to_owned()),
     }
 }
 

@@ -1,0 +1,44 @@
+//! The engines of this build that take part unless others are asked for.
+
+use super::Budget;
+#[cfg(feature = "embree")]
+use crate::intersect::accel::EmbreeModes;
+use crate::intersect::accel::{Mode, RustModes, TriangleTest};
+use crate::intersect::{Accel, Backend};
+
+/// Each engine in its default modes, and with each value of each mode that is not the default in place of
+/// it.
+#[must_use]
+pub fn every_mode() -> Vec<Accel> {
+    let mut all = Vec::new();
+    for &backend in Backend::AVAILABLE {
+        let default = Accel::from(backend);
+        all.push(default);
+        for (key, values) in Accel::modes(backend) {
+            all.extend(values.into_iter().filter_map(|value| {
+                let mut accel = default;
+                accel.set(&Mode { key: key.to_owned(), value: value.to_owned() }).ok()?;
+                (accel != default).then_some(accel)
+            }));
+        }
+    }
+    all
+}
+
+/// The faults that an engine is allowed. Modes that promise to be watertight have none, but for Embree's
+/// robust test and rays that are aimed: at a vertex the errors of its edges are independent, so that it
+/// may miss all triangles around it, and what it sees from the side it reports at any distance.
+#[must_use]
+pub fn budget(accel: Accel) -> Budget {
+    match accel {
+        #[cfg(feature = "embree")]
+        Accel::Embree(EmbreeModes { robust: true, .. }) => Budget { random: 0.0, aimed: 1e-2 },
+        #[cfg(feature = "embree")]
+        Accel::Embree(_) => UNSAFE,
+        Accel::Rust(RustModes { triangle: TriangleTest::Watertight, .. }) => Budget::NONE,
+        Accel::Rust(_) => UNSAFE,
+    }
+}
+
+/// For modes that trade rays for speed.
+const UNSAFE: Budget = Budget { random: 1e-3, aimed: 0.2 };

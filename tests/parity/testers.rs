@@ -1,0 +1,343 @@
+//! Tests of the tester: an engine that errs is found out, and what is written down can be fired again.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use telamon::intersect::{self, Backend, Intersector};
+use telamon::parity::{
+    self, Answer, Budget, Class, Contender, Disagreement, Family, Generated, Query, RaySource,
+    RecordWriter, Recorded, Report,
+};
+use telamon::ray::{Hit, Ray};
+use telamon::shape::Shape;
+
+use crate::{compare, meshes};
+
+/// What an engine may do wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Flaw {
+    /// Does not see the nearest surface.
+    Leaks,
+    /// Sees a triangle where there is none.
+    Invents,
+    /// Reports a distance that is a thousandth too long.
+    Errs,
+    /// Reports the weights of another point.
+    Misplaces,
+    /// Says of half the rays that hit something that nothing is in the way.
+    Overlooks,
+    /// Says of some rays that hit nothing that something is in the way.
+    Blocks,
+    /// Names another triangle.
+    Confuses,
+}
+
+/// The Rust engine with a flaw that one in a hundred rays meets.
+#[derive(Debug)]
+struct Flawed {
+    engine: Box<dyn Intersector>,
+    flaw: Option<Flaw>,
+}
+
+impl Flawed {
+    fn new(shapes: &[Arc<dyn Shape>], flaw: Option<Flaw>) -> Self {
+        Self { engine: intersect::build(Backend::Rust, shapes).expect("builds"), flaw }
+    }
+
+    /// The flaw, if this ray meets it.
+    fn met_by(&self, ray: &Ray) -> Option<Flaw> {
+        let bits = ray.direction.to_array().map(f32::to_bits);
+        let mixed = bits.iter().fold(17u32, |sum, b| sum.wrapping_mul(0x9e37_79b1) ^ (b >> 3));
+        self.flaw.filter(|_| mixed % 100 == 0)
+    }
+}
+
+impl Intersector for Flawed {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let found = self.engine.closest_hit(ray);
+        match (self.met_by(ray), found) {
+            (Some(Flaw::Leaks), Some(hit)) => {
+                self.engine.closest_hit(&Ray { t_min: hit.t * 1.001, ..*ray })
+            }
+            (Some(Flaw::Invents), None) => {
+                Some(Hit { t: ray.t_min.max(1.0), u: 0.25, v: 0.25, shape: 0, primitive: 0 })
+            }
+            (Some(Flaw::Errs), Some(hit)) => Some(Hit { t: hit.t * 1.001, ..hit }),
+            (Some(Flaw::Misplaces), Some(hit)) => Some(Hit { u: 1.0 - hit.u, v: 0.0, ..hit }),
+            (Some(Flaw::Confuses), Some(hit)) => {
+                Some(Hit { primitive: (hit.primitive + 3) % 12, ..hit })
+            }
+            (_, found) => found,
+        }
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        match self.met_by(ray) {
+            Some(Flaw::Overlooks) => false,
+            Some(Flaw::Blocks) => true,
+            _ => self.engine.occluded(ray),
+        }
+    }
+
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.closest_hit(ray);
+        }
+    }
+
+    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+        for (ray, occluded) in rays.iter().zip(occluded) {
+            *occluded = self.occluded(ray);
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.engine.bytes()
+    }
+
+    fn name(&self) -> String {
+        format!("{:?}", self.flaw)
+    }
+}
+
+/// Faults of a class among the answers to random rays, which a sound engine has none of.
+fn count(report: &Report, query: Query, class: Class) -> u64 {
+    let row = report.rows.iter().find(|r| r.query == query).expect("was asked");
+    let random = Family::ALL.into_iter().filter(|f| !f.is_aimed());
+    random.map(|f| row.tally.by_family[f as usize][class as usize]).sum()
+}
+
+#[test]
+fn every_flaw_is_found() {
+    let shapes = [meshes::cube()];
+    // About 5,000 random rays of which half cross the cube; 1 in 100 of them meets the flaw.
+    let rays = Generated::new(&shapes, None, 1, 10_000);
+    let of = |flaw| {
+        let engine = Flawed::new(&shapes, flaw);
+        let budget = Budget { random: 1e-4, aimed: 1.0 };
+        let contender = Contender { budget, ..Contender::new(&engine) };
+        let (report, _) = compare(&shapes, &[contender], &rays);
+        let over = report.over_budget().map(|r| r.query).collect::<Vec<_>>();
+        (report, over)
+    };
+    let (sound, over) = of(None);
+    assert!(over.is_empty(), "{sound}");
+    let closest = [Query::Closest, Query::ClosestBatch];
+    let occluded = [Query::Occluded, Query::OccludedBatch];
+    for (flaw, queries, class) in [
+        (Flaw::Leaks, closest, Class::Leak),
+        (Flaw::Invents, closest, Class::False),
+        (Flaw::Errs, closest, Class::Wrong),
+        (Flaw::Misplaces, closest, Class::Wrong),
+        (Flaw::Confuses, closest, Class::Wrong),
+        (Flaw::Overlooks, occluded, Class::Leak),
+        (Flaw::Blocks, occluded, Class::False),
+    ] {
+        let (report, over) = of(Some(flaw));
+        assert_eq!(over, queries, "{flaw:?}:\n{report}");
+        for query in queries {
+            assert!(count(&report, query, class) >= 5, "{flaw:?}:\n{report}");
+        }
+    }
+}
+
+/// An engine whose occlusion test is another than its closest hit is told apart even where each answer is
+/// excused.
+#[test]
+fn contradictions_are_counted() {
+    let shapes = [meshes::cube()];
+    let rays = Generated::new(&shapes, None, 2, 5_000);
+    let differs = |flaw| {
+        let engine = Flawed::new(&shapes, flaw);
+        let (report, _) = compare(&shapes, &[Contender::new(&engine)], &rays);
+        report.rows.iter().map(|r| r.tally.contradictions).collect::<Vec<_>>()
+    };
+    assert_eq!(differs(None), [0; 4]);
+    let overlooks = differs(Some(Flaw::Overlooks));
+    assert!(overlooks[..2] == [0; 2] && overlooks[2] > 0 && overlooks[3] > 0, "{overlooks:?}");
+}
+
+/// Only what was asked is counted, and contenders are told apart.
+#[test]
+fn contenders_are_asked_what_they_want() {
+    let shapes = [meshes::cube()];
+    let rays = Generated::new(&shapes, None, 3, 1_000);
+    let engines = [None, Some(Flaw::Errs)].map(|flaw| Flawed::new(&shapes, flaw));
+    let batches = Contender { queries: &[Query::ClosestBatch], ..Contender::new(&engines[0]) };
+    let (report, disagreements) = compare(&shapes, &[batches, Contender::new(&engines[1])], &rays);
+    let rows: Vec<_> = report.rows.iter().map(|r| (r.contender, r.query)).collect();
+    let second = Query::ALL.iter().map(|&query| (1, query));
+    assert_eq!(rows, [(0, Query::ClosestBatch)].into_iter().chain(second).collect::<Vec<_>>());
+    assert!(report.rows.iter().all(|r| r.tally.total() == 1_000));
+    let wrong = disagreements.iter().flat_map(|d| &d.answers).filter(|a| a.class == Class::Wrong);
+    assert!(wrong.clone().count() > 0 && wrong.clone().all(|a| a.contender == 1));
+}
+
+/// Each family makes what its name says, the same whenever it is asked.
+#[test]
+fn rays_are_what_their_family_says() {
+    let shapes = [meshes::cube()];
+    let rays = Generated::new(&shapes, None, 4, 5_000);
+    let mut seen = [0; Family::ALL.len()];
+    for index in 0..rays.count() {
+        let (family, ray) = rays.ray(index);
+        assert_eq!((family, ray), rays.ray(index));
+        if family == Family::Pair {
+            assert_ne!(ray, Generated::new(&shapes, None, 5, 5_000).ray(index).1, "another seed");
+        }
+        assert!(ray.is_traceable(), "{ray:?}");
+        assert!((ray.direction.length() - 1.0).abs() < 1e-6, "{ray:?}");
+        seen[family as usize] += 1;
+        let zeros = ray.direction.to_array().into_iter().filter(|&c| c == 0.0).count();
+        let corner_distance = |corner: f32| {
+            let corners = [-1.0, 1.0].map(|c| c * corner);
+            let all = corners.iter().flat_map(|&x| {
+                corners.iter().flat_map(move |&y| corners.map(|z| glam::Vec3A::new(x, y, z)))
+            });
+            let off =
+                all.map(|c| ray.direction.cross(c - ray.origin).length() / ray.origin.length());
+            off.fold(f32::INFINITY, f32::min)
+        };
+        match family {
+            Family::Axis => assert_eq!(zeros, 2, "{ray:?}"),
+            // Rounding of the direction, 2⁻²⁴, and of this check.
+            Family::Vertex => assert!(corner_distance(1.0) < 1e-6, "{ray:?}"),
+            Family::Far => assert!(ray.origin.length() > 10.0, "{ray:?}"),
+            _ => {}
+        }
+    }
+    assert_eq!(seen, [500; Family::ALL.len()]);
+}
+
+fn record(path: &Path, contenders: &[Contender<'_>], disagreements: &[Disagreement]) {
+    let mut recorder = RecordWriter::create(path, contenders).expect("writable");
+    disagreements.iter().for_each(|d| recorder.write(d).expect("there is room"));
+    recorder.finish().expect("there is room");
+}
+
+/// What is written down is fired again: the same rays, bit for bit, the same answers, the same classes.
+#[test]
+fn a_report_can_be_replayed() {
+    let shapes = [meshes::cube()];
+    let engine = Flawed::new(&shapes, Some(Flaw::Leaks));
+    let contenders = [Contender::new(&engine)];
+    let rays = Generated::new(&shapes, None, 6, 3_000);
+    let (_, first) = compare(&shapes, &contenders, &rays);
+    assert!(first.len() > 30);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("rays.jsonl");
+    record(&path, &contenders, &first);
+
+    let recorded = Recorded::read(&path).expect("our own");
+    let (report, second) = compare(&shapes, &contenders, &recorded);
+    assert_eq!(report.rays, first.len() as u64);
+    assert_eq!(first.len(), second.len());
+    for (a, b) in first.iter().zip(&second) {
+        assert_eq!(bits(&a.ray), bits(&b.ray));
+        assert_eq!((a.family, a.crossed, &a.answers), (b.family, b.crossed, &b.answers));
+    }
+
+    // A file of rays alone, as another program may write them.
+    fs::write(
+        &path,
+        r#"{"index": 0, "family": "pair", "origin": ["0x0p+0", "-0x0p+0", "-0x1.8p+1"],
+            "direction": ["0x0p+0", "0x0p+0", "0x1p+0"], "t_min": "0x1p-126", "t_max": "inf", "time": "0x0p+0"}"#
+            .replace('\n', " "),
+    )
+    .expect("writable");
+    let half_line = Ray::new(glam::Vec3A::new(0.0, -0.0, -3.0), glam::Vec3A::Z);
+    let (_, ray) = Recorded::read(&path).expect("complete").ray(0);
+    assert_eq!(bits(&ray), bits(&half_line));
+    // And as a person may.
+    fs::write(
+        &path,
+        r#"{"origin": [0, -0.0, -3e0], "direction": [0, 0, 1.00000001], "t_max": 0.1}"#,
+    )
+    .expect("writable");
+    let (family, ray) = Recorded::read(&path).expect("enough").ray(0);
+    assert_eq!((family, bits(&ray)), (Family::Pair, bits(&half_line.until(0.1))));
+}
+
+fn bits(ray: &Ray) -> Vec<u32> {
+    let vectors = [ray.origin, ray.direction].into_iter().flat_map(|v| v.to_array());
+    vectors.chain([ray.t_min, ray.t_max, ray.time]).map(f32::to_bits).collect()
+}
+
+#[test]
+fn what_is_no_record_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("rays.jsonl");
+    let line = r#"{"index":0,"family":"pair","origin":["0x1p+0","0x1p+0","0x1p+0"],"direction":["0x1p+0","0x1p+0","0x1p+0"],"t_min":"0x0p+0","t_max":"inf","time":"0x0p+0"}"#;
+    let name = path.display();
+    for (text, message) in [
+        (
+            line.replace("inf", "1.5"),
+            "column 136: `1.5` is not exactly an f32 (expected a hexadecimal float such as 0x1.8p+1, inf or \
+             nan)",
+        ),
+        (
+            line.replace("pair", "pear"),
+            "column 26: unknown variant `pear`, expected one of `camera`, `pair`, `bounce`, `vertex`, \
+             `edge`, `axis`, `grazing`, `inside`, `far`, `segment`",
+        ),
+        (line.replace("\"origin\"", "\"start\""), "column 152: missing field `origin`"),
+        ("7".to_owned(), "column 1: invalid type: integer `7`, expected a ray"),
+        ("{".to_owned(), "column 1: EOF while parsing an object"),
+    ] {
+        fs::write(&path, format!("{line}\n\n{text}\n")).expect("writable");
+        let error = Recorded::read(&path).expect_err("no record").to_string();
+        assert_eq!(error, format!("`{name}`, line 3, {message}"));
+    }
+    let none = folder.path().join("none");
+    let error = Recorded::read(&none).expect_err("not there").to_string();
+    let reason = "No such file or directory (os error 2)";
+    assert_eq!(error, format!("cannot read `{}`: {reason}", none.display()));
+}
+
+/// The counts and the disagreements are the same on any number of threads, and a run that is stopped is
+/// about the rays so far.
+#[test]
+fn threads_change_nothing() {
+    let shapes = [meshes::cube()];
+    let engine = Flawed::new(&shapes, Some(Flaw::Leaks));
+    let rays = Generated::new(&shapes, None, 7, 150_000);
+    let contender = || Contender { queries: &[Query::Closest], ..Contender::new(&engine) };
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads can be started").install(|| compare(&shapes, &[contender()], &rays))
+    };
+    let ((a, all_a), (b, all_b)) = (with(1), with(3));
+    assert_eq!(a.rows[0].tally.by_family, b.rows[0].tally.by_family);
+    assert!(all_a == all_b && all_a.is_sorted_by_key(|d| d.index));
+
+    let mut calls = 0;
+    let stopped = parity::run(&shapes, &[contender()], &rays, &mut |progress| {
+        calls += 1;
+        assert!(progress.done > 0 && progress.total == 150_000);
+        ControlFlow::Break(())
+    });
+    assert_eq!(calls, 1);
+    assert!((1..150_000).contains(&stopped.rays), "{}", stopped.rays);
+    assert_eq!(stopped.rows[0].tally.total(), stopped.rays);
+}
+
+/// An answer that is never given to the tester, for completeness of its rules.
+#[test]
+fn answers_contradict_or_not() {
+    let hit = |primitive| Hit { t: 1.0, u: 0.0, v: 0.0, shape: 0, primitive };
+    let (one, other) = (Answer::Closest(Some(hit(1))), Answer::Closest(Some(hit(2))));
+    let (none, yes, no) = (Answer::Closest(None), Answer::Occluded(true), Answer::Occluded(false));
+    let all = [one, other, none, yes, no];
+    let contradictions: Vec<Vec<bool>> =
+        all.iter().map(|a| all.iter().map(|b| a.contradicts(b)).collect()).collect();
+    let expected = [
+        [false, true, true, false, true],
+        [true, false, true, false, true],
+        [true, true, false, true, false],
+        [false, false, true, false, true],
+        [true, true, false, true, false],
+    ];
+    assert_eq!(contradictions, expected.map(Vec::from));
+}
