@@ -13,7 +13,7 @@ use super::properties::{Context, Object};
 use super::shape::BuiltShape;
 use super::{bsdf, emitter, film, integrator, precision, sampler, shape};
 use crate::bsdf::{Bsdf, Diffuse};
-use crate::camera::Perspective;
+use crate::camera::Camera;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
 use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
@@ -192,7 +192,7 @@ fn dropped_warning(object: &Object<'_>, dropped: Dropped) -> Option<Issue> {
     (!dropped.is_none()).then(|| Issue::new(place, dropped.to_string()))
 }
 
-type View = (Perspective, FilmSettings, SamplerSettings);
+type View = (Camera, FilmSettings, SamplerSettings);
 
 /// The first sensor with its film and sampler.
 fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View> {
@@ -209,10 +209,21 @@ fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View>
         build_view(sensor, &mut notes.warnings).map_err(|issue| notes.issues.push(issue)).ok()?;
     let (camera, film, _) = &view;
     if !camera.tells_pixels_apart(film.width, film.height) {
-        let message = "the field of view is so narrow that neighbouring pixels have the same direction as \
-                       32-bit floats";
-        let help = "make fewer pixels of it, or look along an axis, where directions are finer";
-        notes.warnings.push(Issue::new(sensor.place_of("fov"), message).with_help(help));
+        let (place, message, help) = match camera {
+            Camera::Perspective(_) => (
+                sensor.place_of("fov"),
+                "the field of view is so narrow that neighbouring pixels have the same direction as 32-bit \
+                 floats",
+                "make fewer pixels of it, or look along an axis, where directions are finer",
+            ),
+            Camera::Orthographic(_) => (
+                sensor.place_of("to_world"),
+                "the view is so small for its place that neighbouring pixels have the same origin as 32-bit \
+                 floats",
+                "make fewer pixels of it, or move the scene, with its camera, to the origin",
+            ),
+        };
+        notes.warnings.push(Issue::new(place, message).with_help(help));
     }
     Some(view)
 }

@@ -13,12 +13,12 @@ use super::shape::BuiltShape;
 use super::spectrum::Role;
 use super::{bsdf, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
-use crate::camera::Perspective;
+use crate::camera::Camera;
 use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKind};
 use crate::texture::Texture;
 
 /// Every plugin that a scene file can name: a new material is one new line here.
-static PLUGINS: [&Plugin; 42] = [
+static PLUGINS: [&Plugin; 44] = [
     &shape::OBJ,
     &shape::PLY,
     &shape::RECTANGLE,
@@ -45,6 +45,8 @@ static PLUGINS: [&Plugin; 42] = [
     &emitter::CONSTANT,
     &emitter::POINT,
     &sensor::PERSPECTIVE,
+    &sensor::THIN_LENS,
+    &sensor::ORTHOGRAPHIC,
     &film::HDRFILM,
     &film::BOX,
     &film::TENT,
@@ -374,7 +376,7 @@ pub(super) enum Build {
     Bsdf(fn(&Object<'_>) -> Result<Box<dyn Bsdf>, Issue>),
     Texture(fn(&Object<'_>) -> Result<Arc<dyn Texture>, Issue>),
     Emitter(fn(&Object<'_>) -> Result<Light, Issue>),
-    Sensor(fn(&Object<'_>, &FilmSettings) -> Result<Perspective, Issue>),
+    Sensor(fn(&Object<'_>, &FilmSettings) -> Result<Camera, Issue>),
     Film(fn(&Object<'_>) -> Result<FilmSettings, Issue>),
     Filter(fn(&Object<'_>) -> Filter),
     Sampler(SamplerKind),

@@ -2,10 +2,14 @@
 
 use glam::Vec2;
 
-use super::plugins::{Bounds, Build, Category, Default, Kind, Part, Plugin, property};
+use super::plugins::{
+    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
+};
 use super::problem::Issue;
 use super::properties::Object;
-use crate::camera::{CameraError, Perspective, PerspectiveSettings};
+use crate::camera::{
+    Camera, CameraError, Lens, Orthographic, OrthographicSettings, Perspective, PerspectiveSettings,
+};
 use crate::scene::settings::FilmSettings;
 
 /// Diagonal of the 36 x 24 mm film that focal lengths refer to.
@@ -14,34 +18,58 @@ const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_875;
 /// Focal length of cameras without field of view.
 const FOCAL_LENGTH: &str = "50mm";
 
+const TO_WORLD: PropertyInfo = property(
+    "to_world",
+    Kind::Transform,
+    Default::Identity,
+    "places the camera; lengths of the axes do not matter",
+);
+
+const FOV: PropertyInfo = property(
+    "fov",
+    Kind::Float(Bounds::Positive),
+    Default::Absent("as `focal_length`"),
+    "in degrees",
+);
+
+const FOV_AXIS: PropertyInfo = property(
+    "fov_axis",
+    Kind::Choice(&["x", "y", "diagonal", "smaller", "larger"]),
+    Default::Text("x"),
+    "side of the film that `fov` spans",
+);
+
+const FOCAL_LENGTH_INFO: PropertyInfo = property(
+    "focal_length",
+    Kind::Text,
+    Default::Text(FOCAL_LENGTH),
+    "in mm on film of 36 x 24 mm, measured along the diagonal",
+);
+
+const NEAR_CLIP: PropertyInfo = property(
+    "near_clip",
+    Kind::Float(Bounds::NotNegative),
+    Default::Float(0.0),
+    "what is nearer along the axis is not seen (Mitsuba: 0.01)",
+);
+
+const FAR_CLIP: PropertyInfo = property(
+    "far_clip",
+    Kind::Float(Bounds::Positive),
+    Default::Absent("infinity"),
+    "what is farther along the axis is not seen (Mitsuba: 10000)",
+);
+
+const PARTS: &[Part] = &[Part::optional(Category::Film), Part::optional(Category::Sampler)];
+
 pub(super) static PERSPECTIVE: Plugin = Plugin {
     name: "perspective",
     help: "A pinhole camera that looks along +z, with +y up and +x to the left.",
     properties: &[
-        property(
-            "to_world",
-            Kind::Transform,
-            Default::Identity,
-            "places the camera; lengths of the axes do not matter",
-        ),
-        property(
-            "fov",
-            Kind::Float(Bounds::Positive),
-            Default::Absent("as `focal_length`"),
-            "in degrees",
-        ),
-        property(
-            "fov_axis",
-            Kind::Choice(&["x", "y", "diagonal", "smaller", "larger"]),
-            Default::Text("x"),
-            "side of the film that `fov` spans",
-        ),
-        property(
-            "focal_length",
-            Kind::Text,
-            Default::Text(FOCAL_LENGTH),
-            "in mm on film of 36 x 24 mm, measured along the diagonal",
-        ),
+        TO_WORLD,
+        FOV,
+        FOV_AXIS,
+        FOCAL_LENGTH_INFO,
         property(
             "principal_point_offset_x",
             Kind::Float(Bounds::Any),
@@ -54,44 +82,137 @@ pub(super) static PERSPECTIVE: Plugin = Plugin {
             Default::Float(0.0),
             "shift of the optical axis, as a fraction of the height",
         ),
+        NEAR_CLIP,
+        FAR_CLIP,
+    ],
+    parts: PARTS,
+    build: Build::Sensor(pinhole),
+};
+
+pub(super) static THIN_LENS: Plugin = Plugin {
+    name: "thinlens",
+    help: "The same with a lens, and so with depth of field.",
+    properties: &[
+        TO_WORLD,
+        FOV,
+        FOV_AXIS,
+        FOCAL_LENGTH_INFO,
+        property(
+            "aperture_radius",
+            Kind::Float(Bounds::NotNegative),
+            Default::Required,
+            "of the lens in scene units; with 0 it is a pinhole",
+        ),
+        property(
+            "focus_distance",
+            Kind::Float(Bounds::Positive),
+            Default::Absent("as `far_clip`"),
+            "what is at this distance along the axis is sharp",
+        ),
+        NEAR_CLIP,
+        FAR_CLIP,
+    ],
+    parts: PARTS,
+    build: Build::Sensor(thin_lens),
+};
+
+pub(super) static ORTHOGRAPHIC: Plugin = Plugin {
+    name: "orthographic",
+    help: "A camera of parallel rays along +z, with +y up and +x to the left.",
+    properties: &[
+        property(
+            "to_world",
+            Kind::Transform,
+            Default::Identity,
+            "places the camera; the film spans from -1 to 1 along the x axis, so scale by half its width",
+        ),
         property(
             "near_clip",
             Kind::Float(Bounds::NotNegative),
             Default::Float(0.0),
-            "what is nearer along the axis is not seen (Mitsuba: 0.01)",
+            "what is nearer along the axis is not seen, in units of its length (Mitsuba: 0.01)",
         ),
         property(
             "far_clip",
             Kind::Float(Bounds::Positive),
             Default::Absent("infinity"),
-            "what is farther along the axis is not seen (Mitsuba: 10000)",
+            "what is farther by `far_clip - near_clip` from there is not seen (Mitsuba: 10000)",
         ),
     ],
-    parts: &[Part::optional(Category::Film), Part::optional(Category::Sampler)],
-    build: Build::Sensor(perspective),
+    parts: PARTS,
+    build: Build::Sensor(orthographic),
 };
 
-fn perspective(object: &Object<'_>, film: &FilmSettings) -> Result<Perspective, Issue> {
-    let aspect = f64::from(film.width) / f64::from(film.height);
+fn pinhole(object: &Object<'_>, film: &FilmSettings) -> Result<Camera, Issue> {
+    let offset = Vec2::new(
+        object.float("principal_point_offset_x") as f32,
+        object.float("principal_point_offset_y") as f32,
+    );
+    perspective(object, film, offset, None)
+}
+
+fn thin_lens(object: &Object<'_>, film: &FilmSettings) -> Result<Camera, Issue> {
+    let lens = Lens {
+        aperture_radius: object.float("aperture_radius"),
+        focus_distance: object
+            .number("focus_distance")
+            .or(object.number("far_clip"))
+            .unwrap_or(f64::INFINITY),
+    };
+    perspective(object, film, Vec2::ZERO, Some(lens))
+}
+
+fn perspective(
+    object: &Object<'_>,
+    film: &FilmSettings,
+    principal_point_offset: Vec2,
+    lens: Option<Lens>,
+) -> Result<Camera, Issue> {
+    let aspect = aspect(film);
+    let (near_clip, far_clip) = clip(object);
     let settings = PerspectiveSettings {
         to_world: object.transform("to_world"),
         fov_x_deg: fov_x_deg(object, aspect)?,
         aspect,
-        principal_point_offset: Vec2::new(
-            object.float("principal_point_offset_x") as f32,
-            object.float("principal_point_offset_y") as f32,
-        ),
-        near_clip: object.float("near_clip") as f32,
-        far_clip: object.number("far_clip").map_or(f32::INFINITY, |v| v as f32),
+        principal_point_offset,
+        lens,
+        near_clip,
+        far_clip,
     };
-    Perspective::new(&settings).map_err(|error| {
-        let place = match error {
-            CameraError::FieldOfView(_) => object.place_of("fov"),
-            CameraError::Singular | CameraError::TooFar(_) => object.place_of("to_world"),
-            CameraError::Clip { .. } => object.place_of("near_clip"),
-        };
-        Issue::new(place, error.to_string())
-    })
+    let camera = Perspective::new(&settings).map_err(|error| refused(object, &error))?;
+    Ok(Camera::Perspective(camera))
+}
+
+fn orthographic(object: &Object<'_>, film: &FilmSettings) -> Result<Camera, Issue> {
+    let (near_clip, far_clip) = clip(object);
+    let to_world = object.transform("to_world");
+    let settings = OrthographicSettings { to_world, aspect: aspect(film), near_clip, far_clip };
+    let camera = Orthographic::new(&settings).map_err(|error| refused(object, &error))?;
+    Ok(Camera::Orthographic(camera))
+}
+
+/// Width over height.
+fn aspect(film: &FilmSettings) -> f64 {
+    f64::from(film.width) / f64::from(film.height)
+}
+
+fn clip(object: &Object<'_>) -> (f32, f32) {
+    let far = object.number("far_clip").map_or(f32::INFINITY, |v| v as f32);
+    (object.float("near_clip") as f32, far)
+}
+
+fn refused(object: &Object<'_>, error: &CameraError) -> Issue {
+    let place = match (error, object.plugin().name) {
+        (CameraError::FieldOfView(_), _) => object.place_of("fov"),
+        (CameraError::Lens { .. }, _) | (CameraError::TooWide(_), "thinlens") => {
+            object.place_of("aperture_radius")
+        }
+        (CameraError::Singular | CameraError::TooFar(_) | CameraError::TooWide(_), _) => {
+            object.place_of("to_world")
+        }
+        (CameraError::Clip { .. }, _) => object.place_of("near_clip"),
+    };
+    Issue::new(place, error.to_string())
 }
 
 /// The angle across the film's width.

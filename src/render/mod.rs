@@ -260,7 +260,14 @@ impl<'a> Renderer<'a> {
         // In f64: an f32 would put what lies at the end of pixel 1000 on the next one.
         let center = DVec2::new(f64::from(id.x) + 0.5, f64::from(id.y) + 0.5);
         let size = DVec2::new(film.width.into(), film.height.into());
-        (self.description.camera.ray((center + offset.as_dvec2()) / size), sampler)
+        let film = (center + offset.as_dvec2()) / size;
+        let camera = &self.description.camera;
+        let ray = if camera.has_lens() {
+            camera.ray_through_lens(film, sampler.next_2d())
+        } else {
+            camera.ray(film)
+        };
+        (ray, sampler)
     }
 
     /// Adds one sample; whether its value was finite.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::bsdf::Bsdf;
-use crate::camera::Perspective;
+use crate::camera::Camera;
 use crate::emitter::Emitter;
 use crate::math::Aabb;
 use crate::shape::Shape;
@@ -20,7 +20,7 @@ pub struct Description {
     /// Surfaces, materials and lights.
     pub scene: Scene,
     /// Where it is seen from.
-    pub camera: Perspective,
+    pub camera: Camera,
     /// The picture's size, filter and format.
     pub film: settings::FilmSettings,
     /// Samples per pixel, seed and kind of the random numbers.
@@ -145,7 +145,7 @@ pub(crate) mod tests {
         SamplerKind, SamplerSettings,
     };
     use super::*;
-    use crate::camera::PerspectiveSettings;
+    use crate::camera::{Perspective, PerspectiveSettings};
 
     /// An empty scene with default settings.
     pub(crate) fn description() -> Description {
@@ -154,12 +154,13 @@ pub(crate) mod tests {
             fov_x_deg: 45.0,
             aspect: 1.0,
             principal_point_offset: Vec2::ZERO,
+            lens: None,
             near_clip: 0.0,
             far_clip: f32::INFINITY,
         });
         Description {
             scene: Scene::default(),
-            camera: camera.expect("valid"),
+            camera: Camera::Perspective(camera.expect("valid")),
             film: FilmSettings {
                 width: 8,
                 height: 8,

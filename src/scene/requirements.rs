@@ -7,6 +7,7 @@ use super::settings::{
 };
 use super::{Description, Scene};
 use crate::bsdf::Needs;
+use crate::camera::{Camera, Lens};
 use crate::shape::Geometry;
 
 /// For each feature whether a render of a [`Description`] models it, and why.
@@ -95,7 +96,7 @@ impl Requirements {
         };
         let decisions = [
             (Feature::Time, skipped("nothing moves while the shutter is open")),
-            (Feature::Lens, skipped("the camera is a pinhole")),
+            (Feature::Lens, lens(&description.camera)),
             (Feature::Textures, textures(scene)),
             (Feature::VertexNormals, vertex_normals(scene)),
             (Feature::TextureCoordinates, texture_coordinates(integrator, scene)),
@@ -126,6 +127,18 @@ impl Requirements {
     #[must_use]
     pub fn models(&self, feature: Feature) -> bool {
         self.decisions.iter().any(|d| d.feature == feature && d.modelled)
+    }
+}
+
+fn lens(camera: &Camera) -> Reason {
+    match camera {
+        Camera::Orthographic(_) => Err("the camera's rays are parallel".to_owned()),
+        Camera::Perspective(camera) => match camera.lens() {
+            None => Err("the camera is a pinhole".to_owned()),
+            Some(Lens { aperture_radius, focus_distance }) => Ok(format!(
+                "the aperture has a radius of {aperture_radius}, the focus is at {focus_distance}"
+            )),
+        },
     }
 }
 
@@ -294,12 +307,13 @@ fn variance(description: &Description) -> Reason {
 mod tests {
     use std::sync::Arc;
 
-    use glam::{Vec3, Vec3A};
+    use glam::{DAffine3, Vec2, Vec3, Vec3A};
 
     use super::*;
     use crate::bsdf::conductor::Metal;
     use crate::bsdf::microfacet::{Distribution, Roughness};
     use crate::bsdf::{Bsdf, Conductor, Diffuse, RoughConductor};
+    use crate::camera::{Orthographic, OrthographicSettings, Perspective, PerspectiveSettings};
     use crate::emitter::{Constant, Emitter};
     use crate::math::Rgb;
     use crate::scene::Object;
@@ -359,6 +373,33 @@ mod tests {
         d.integrator = path(PathSettings { max_depth: Some(1), ..PathSettings::default() });
         let requirements = Requirements::of(&d);
         assert!(requirements.decisions().iter().all(|d| !d.modelled), "{requirements:?}");
+    }
+
+    #[test]
+    fn lenses_are_modelled_where_there_is_one() {
+        let mut d = description();
+        assert_eq!(reason(&d, Feature::Lens), skipped("the camera is a pinhole"));
+        let lens = Lens { aperture_radius: 0.1, focus_distance: 5.0 };
+        let settings = PerspectiveSettings {
+            to_world: DAffine3::IDENTITY,
+            fov_x_deg: 45.0,
+            aspect: 1.0,
+            principal_point_offset: Vec2::ZERO,
+            lens: Some(lens),
+            near_clip: 0.0,
+            far_clip: f32::INFINITY,
+        };
+        d.camera = Camera::Perspective(Perspective::new(&settings).expect("valid"));
+        let expected = "the aperture has a radius of 0.1, the focus is at 5";
+        assert_eq!(reason(&d, Feature::Lens), modelled(expected));
+        let settings = OrthographicSettings {
+            to_world: DAffine3::IDENTITY,
+            aspect: 1.0,
+            near_clip: 0.0,
+            far_clip: f32::INFINITY,
+        };
+        d.camera = Camera::Orthographic(Orthographic::new(&settings).expect("valid"));
+        assert_eq!(reason(&d, Feature::Lens), skipped("the camera's rays are parallel"));
     }
 
     #[test]

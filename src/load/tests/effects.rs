@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3, Vec3A};
 use super::super::plugins::{Category, Kind, Plugin, supported};
 use super::{description, load};
 use crate::bsdf::{Bsdf, Place};
+use crate::camera::{Camera, Lens};
 use crate::emitter::Sight;
 use crate::scene::settings::*;
 use crate::scene::{Description, Scene};
@@ -32,6 +33,7 @@ fn scene_with(category: Category, plugin: &str, inner: &str) -> String {
 
 const ALPHA_U_AND_V: &str =
     "<float name='alpha_u' value='0.3'/><float name='alpha_v' value='0.1'/>";
+const LENS: &str = "<float name='aperture_radius' value='1'/>";
 const NORMAL: &str = "<rgb name='normalmap' value='.5 .5 1'/><bsdf type='diffuse'/>";
 
 /// Plugin, property, what stands beside it, a value that must change the scene.
@@ -171,6 +173,21 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
     ),
     ("perspective", "near_clip", "", "<float name='near_clip' value='0.1'/>"),
     ("perspective", "far_clip", "", "<float name='far_clip' value='100'/>"),
+    ("thinlens", "to_world", LENS, "<transform name='to_world'><translate y='3'/></transform>"),
+    ("thinlens", "fov", LENS, "<float name='fov' value='30'/>"),
+    (
+        "thinlens",
+        "fov_axis",
+        "<float name='aperture_radius' value='1'/><float name='fov' value='30'/>",
+        "<string name='fov_axis' value='y'/>",
+    ),
+    ("thinlens", "focal_length", LENS, "<string name='focal_length' value='35mm'/>"),
+    ("thinlens", "focus_distance", LENS, "<float name='focus_distance' value='3'/>"),
+    ("thinlens", "near_clip", LENS, "<float name='near_clip' value='0.1'/>"),
+    ("thinlens", "far_clip", LENS, "<float name='far_clip' value='100'/>"),
+    ("orthographic", "to_world", "", "<transform name='to_world'><scale x='3'/></transform>"),
+    ("orthographic", "near_clip", "", "<float name='near_clip' value='0.1'/>"),
+    ("orthographic", "far_clip", "", "<float name='far_clip' value='100'/>"),
     ("hdrfilm", "width", "", "<integer name='width' value='100'/>"),
     ("hdrfilm", "height", "", "<integer name='height' value='100'/>"),
     ("hdrfilm", "crop_offset_x", "", "<integer name='crop_offset_x' value='10'/>"),
@@ -228,7 +245,8 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
 
 /// Properties that have no second value to try, are documented to be read and not needed, or are
 /// required and tested by themselves. Meshes are left to `meshes.rs`, because they need files.
-const WITHOUT_EFFECT: [(&str, &str); 14] = [
+const WITHOUT_EFFECT: [(&str, &str); 15] = [
+    ("thinlens", "aperture_radius"),
     ("stratified", "jitter"),
     ("multijitter", "jitter"),
     ("orthogonal", "jitter"),
@@ -276,6 +294,7 @@ fn every_plugin_loads_with_its_defaults() {
         let inner = match plugin.name {
             "twosided" | "mask" => "<bsdf type='diffuse'/>",
             "normalmap" => NORMAL,
+            "thinlens" => LENS,
             "blendbsdf" => {
                 "<float name='weight' value='.5'/><bsdf type='diffuse'/><bsdf type='null'/>"
             }
@@ -452,6 +471,23 @@ fn cameras_are_placed_and_may_be_scaled() {
     assert!(camera(lookat).ray(DVec2::new(0.0, 0.5)).direction.x < 0.0);
     let scaled = camera(&format!("<scale value='5'/>{lookat}")).ray(DVec2::new(0.1, 0.7));
     assert_eq!(scaled.direction, camera(lookat).ray(DVec2::new(0.1, 0.7)).direction);
+}
+
+/// What is not given is as Mitsuba has it: without `focus_distance`, what is as far as the scene goes is sharp.
+#[test]
+fn lenses_are_read() {
+    let lens = |inner: &str| {
+        let camera = load(&scene_with(Category::Sensor, "thinlens", inner));
+        match camera.expect("valid").description.camera {
+            Camera::Perspective(camera) => camera.lens(),
+            Camera::Orthographic(_) => None,
+        }
+    };
+    let expected = |focus_distance| Some(Lens { aperture_radius: 1.0, focus_distance });
+    assert_eq!(lens(LENS), expected(f64::INFINITY));
+    assert_eq!(lens(&format!("{LENS}<float name='far_clip' value='9'/>")), expected(9.0));
+    assert_eq!(lens(&format!("{LENS}<integer name='focus_distance' value='2'/>")), expected(2.0));
+    assert_eq!(lens("<float name='aperture_radius' value='0'/>"), None);
 }
 
 /// Without `up`, `lookat` turns the camera as Mitsuba 3.9.1 does, whose matrix for this one is printed to
