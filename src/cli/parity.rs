@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use telamon::camera::Perspective;
+use telamon::camera::Camera;
 use telamon::film::output::{OutputError, check_writable};
 use telamon::intersect::{self, Accel};
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
@@ -99,7 +99,7 @@ pub(super) struct Arguments {
 /// What is to be traced.
 struct Subject {
     shapes: Vec<Arc<dyn Shape>>,
-    camera: Option<Perspective>,
+    camera: Option<Camera>,
 }
 
 /// Engines that spoil their budget.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3, Vec3A};
 
 use super::{Family, RaySource};
-use crate::camera::Perspective;
+use crate::camera::Camera;
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
 use crate::sampler::{Independent, PathSampler};
@@ -21,7 +21,7 @@ pub struct Generated {
     primitives: usize,
     center: Vec3A,
     size: f32,
-    camera: Option<Perspective>,
+    camera: Option<Camera>,
     sampler: Independent,
     count: u64,
 }
@@ -38,12 +38,7 @@ struct Target {
 impl Generated {
     /// `count` rays around `shapes`. Without a `camera`, one looks at all of them from a corner.
     #[must_use]
-    pub fn new(
-        shapes: &[Arc<dyn Shape>],
-        camera: Option<Perspective>,
-        seed: u64,
-        count: u64,
-    ) -> Self {
+    pub fn new(shapes: &[Arc<dyn Shape>], camera: Option<Camera>, seed: u64, count: u64) -> Self {
         let mut primitives = 0;
         let starts = shapes.iter().map(|s| {
             primitives += s.primitive_count();
