@@ -215,6 +215,42 @@ fn triangle_points_are_uniform_and_return() {
     }
 }
 
+/// Densities that rise, fall, stay, begin or end at 0, and change a million times.
+#[test]
+fn linear_densities_are_followed_and_return() {
+    const ENDS: [[f64; 2]; 6] =
+        [[1.0, 3.0], [5.0, 2.0], [0.7, 0.7], [0.0, 1.0], [2.0, 0.0], [1.0, 1e6]];
+    for (seed, [low, high]) in (61..).zip(ENDS) {
+        let mut counts = [0; 20];
+        for u in points(seed, SAMPLES).map(|u| f64::from(u.x)) {
+            let x = warp::interval_to_linear(u, low, high);
+            counts[(x * 20.0) as usize] += 1;
+            // In f64, so 16 roundings are 2e-15; from x near 1 the square takes half of the digits.
+            let back = warp::linear_to_interval(x, low, high);
+            assert!((back - u).abs() < 1e-14, "{low} to {high}: {u} comes back as {back}");
+        }
+        // The density in the middle of a cell is its mean there.
+        let middle = |i: usize| (i as f64 + 0.5) / 20.0;
+        let expected: Vec<f64> = (0..20)
+            .map(|i| warp::interval_to_linear_pdf(middle(i), low, high) * f64::from(SAMPLES) / 20.0)
+            .collect();
+        chi_squared(&counts, &expected, ENDS.len())
+            .unwrap_or_else(|table| panic!("{low} to {high}: {table}"));
+        let wrong: Vec<f64> = (0..20)
+            .map(|i| {
+                warp::interval_to_linear_pdf(middle(i), low, 1.2 * high) * f64::from(SAMPLES) / 20.0
+            })
+            .collect();
+        // Where only one end counts, its height does not.
+        let alike = low == 0.0 || high == 0.0 || high > 1e3 * low;
+        assert!(alike || chi_squared(&counts, &wrong, 1).is_err(), "{low} to {high}");
+        for u in [0.0, 1.0 - f64::EPSILON / 2.0] {
+            assert!((0.0..1.0).contains(&warp::interval_to_linear(u, low, high)), "{u}");
+        }
+    }
+    assert_eq!([-0.1, 1.1].map(|x| warp::interval_to_linear_pdf(x, 1.0, 2.0)), [0.0, 0.0]);
+}
+
 #[test]
 fn corners_of_the_square_give_usable_points() {
     for u in corners() {

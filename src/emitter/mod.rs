@@ -11,12 +11,18 @@ use crate::shape::SurfacePoint;
 pub mod area;
 pub mod choice;
 pub mod constant;
+pub mod directional;
+pub mod environment_map;
 pub mod point;
+pub mod spot;
 
 pub use area::Area;
 pub use choice::{ChoicePolicy, EmitterChoice};
 pub use constant::Constant;
+pub use directional::Directional;
+pub use environment_map::EnvironmentMap;
 pub use point::Point;
+pub use spot::Spot;
 
 /// A source of light.
 pub trait Emitter: Debug + Send + Sync {

@@ -103,8 +103,8 @@ impl Parts {
         })
     }
 
-    fn emitter(&mut self, emitter: impl Emitter + 'static) -> usize {
-        self.emitters.push(Box::new(emitter));
+    fn emitter(&mut self, emitter: Box<dyn Emitter>) -> usize {
+        self.emitters.push(emitter);
         self.emitters.len() - 1
     }
 
@@ -142,9 +142,9 @@ impl Parts {
                             "the shape of this emitter has no area that an f32 can hold",
                         )
                     })?;
-                    Some(self.emitter(area))
+                    Some(self.emitter(Box::new(area)))
                 }
-                Light::Environment(_) | Light::Point(_) => {
+                Light::Environment(_) | Light::Unseen(_) => {
                     let name = light.plugin().name;
                     let message =
                         format!("emitter `{name}` cannot stand inside a shape (expected `area`)");
@@ -167,14 +167,14 @@ impl Parts {
         for light in lights {
             match emitter::build(light) {
                 Err(issue) => notes.issues.push(issue),
-                Ok(Light::Point(point)) => {
-                    self.emitter(point);
+                Ok(Light::Unseen(light)) => {
+                    self.emitter(light);
                 }
                 Ok(Light::Environment(_)) if environment.is_some() => {
                     let message = "there is more than one light from outside of the scene";
                     notes.issues.push(Issue::new(light.place(), message));
                 }
-                Ok(Light::Environment(constant)) => environment = Some(self.emitter(constant)),
+                Ok(Light::Environment(sky)) => environment = Some(self.emitter(sky)),
                 // With an id it is there to be referred to by shapes.
                 Ok(Light::Area(_)) if light.id().is_empty() => {
                     let message = "emitter `area` belongs inside the shape that emits";

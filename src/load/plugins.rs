@@ -18,7 +18,7 @@ use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKi
 use crate::texture::Texture;
 
 /// Every plugin that a scene file can name: a new material is one new line here.
-static PLUGINS: [&Plugin; 44] = [
+static PLUGINS: [&Plugin; 47] = [
     &shape::OBJ,
     &shape::PLY,
     &shape::RECTANGLE,
@@ -43,7 +43,10 @@ static PLUGINS: [&Plugin; 44] = [
     &texture::CHECKERBOARD,
     &emitter::AREA,
     &emitter::CONSTANT,
+    &emitter::ENVIRONMENT_MAP,
     &emitter::POINT,
+    &emitter::DIRECTIONAL,
+    &emitter::SPOT,
     &sensor::PERSPECTIVE,
     &sensor::THIN_LENS,
     &sensor::ORTHOGRAPHIC,

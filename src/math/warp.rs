@@ -164,6 +164,31 @@ pub fn uniform_triangle_to_square(b: Vec2) -> Vec2 {
     if b.y > b.x { Vec2::new(2.0 * b.x, b.y + b.x) } else { Vec2::new(b.x + b.y, 2.0 * b.y) }
 }
 
+/// A number with a density that is linear on `[0, 1]`, in proportion to `low` at 0 and to `high` at 1. Neither is
+/// negative, and one is above 0.
+///
+/// The root of F(x) = u that cancels nothing, for F of [`linear_to_interval`].
+#[must_use]
+pub fn interval_to_linear(u: f64, low: f64, high: f64) -> f64 {
+    if u == 0.0 {
+        return 0.0;
+    }
+    let slope = (low * low * (1.0 - u) + high * high * u).sqrt();
+    (u * (low + high) / (low + slope)).min(1.0 - f64::EPSILON / 2.0)
+}
+
+/// Density of [`interval_to_linear`].
+#[must_use]
+pub fn interval_to_linear_pdf(x: f64, low: f64, high: f64) -> f64 {
+    if (0.0..=1.0).contains(&x) { 2.0 * (low * (1.0 - x) + high * x) / (low + high) } else { 0.0 }
+}
+
+/// Inverse of [`interval_to_linear`].
+#[must_use]
+pub fn linear_to_interval(x: f64, low: f64, high: f64) -> f64 {
+    x * (low * (2.0 - x) + high * x) / (low + high)
+}
+
 fn with_azimuth(r: f32, z: f32, turn: f32) -> Vec3A {
     let phi = 2.0 * PI * turn;
     Vec3A::new(r * phi.cos(), r * phi.sin(), z)

@@ -92,8 +92,9 @@ impl Bitmap {
         IVec2::new(self.image.width() as i32, self.image.height() as i32)
     }
 
-    /// The pixel at a place that may lie outside.
-    fn pixel(&self, at: IVec2) -> Rgb {
+    /// The pixel in a column and a row, which may lie outside.
+    #[must_use]
+    pub fn pixel(&self, at: IVec2) -> Rgb {
         let [x, y] = [(at.x, self.image.width()), (at.y, self.image.height())]
             .map(|(i, count)| self.settings.wrap.index(i, count));
         let channels = self.image.channels();

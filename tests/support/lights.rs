@@ -3,10 +3,14 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3A};
-use telamon::emitter::{Area, Constant, Emitter, Point};
+use glam::{Affine2, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
+use telamon::emitter::spot::SpotSettings;
+use telamon::emitter::{Area, Constant, Directional, Emitter, EnvironmentMap, Point, Spot};
 use telamon::math::Frame;
 use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
+use telamon::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
+use telamon::texture::image::Texels;
+use telamon::texture::{Bitmap, Image, Textured};
 
 /// A light of radiance 1 and a receiver.
 pub(crate) struct Light {
@@ -118,9 +122,47 @@ pub(crate) fn emitters() -> Vec<(&'static str, Box<dyn Emitter>, f64)> {
         ("area", Box::new(area), above_square(1.0, 1.0)),
         // π L from a hemisphere.
         ("constant", Box::new(Constant::new(Vec3A::new(1.0, 2.0, 3.0))), PI),
+        // π (L₀ + L₁)/2, with L from L₀ at the zenith to L₁ at the horizon linear in the angle.
+        ("envmap", Box::new(three_rows()), 2.0 * PI),
         // I cosθ / d² = 10 · 0.8 / 25.
         ("point", Box::new(Point::new(Vec3A::new(3.0, 0.0, 4.0), Vec3A::splat(10.0))), 0.32),
+        // E cosθ = 2 · 0.8.
+        (
+            "directional",
+            Box::new(Directional::new(Vec3A::new(0.6, 0.0, -0.8), Vec3A::splat(2.0))),
+            1.6,
+        ),
+        // As the point light, halfway from the axis to the rim.
+        ("spot", Box::new(spot()), 0.16),
     ]
+}
+
+/// An environment of 3 at the zenith (+z), 1 at the horizon and 0.5 below.
+fn three_rows() -> EnvironmentMap {
+    let image = Image::new(1, 3, 1, Texels::Float(vec![3.0, 1.0, 0.5])).expect("three pixels");
+    let settings = BitmapSettings {
+        encoding: Encoding::Linear,
+        filter: BitmapFilter::Bilinear,
+        wrap: Wrap::Clamp,
+        to_uv: Affine2::IDENTITY,
+    };
+    let up = Mat3A::from_cols(Vec3A::X, Vec3A::Z, Vec3A::NEG_Y);
+    EnvironmentMap::new(Bitmap::new(Arc::new(image), settings), 1.0, up).expect("finite")
+}
+
+/// A light that shines past the origin, which is 30° from its axis.
+fn spot() -> Spot {
+    let to_origin = Vec3A::new(-0.6, 0.0, -0.8);
+    let across = Vec3A::new(0.8, 0.0, -0.6);
+    let axis = to_origin * 0.75f32.sqrt() + across * 0.5;
+    Spot::new(SpotSettings {
+        position: Vec3A::new(3.0, 0.0, 4.0),
+        axes: Mat3A::from_cols(axis.cross(Vec3A::Y), Vec3A::Y, axis),
+        intensity: Vec3A::splat(10.0),
+        cutoff_angle: PI / 3.0,
+        beam_width: 0.0,
+        texture: Textured::Uniform(Vec3A::ONE),
+    })
 }
 
 /// Lambert: E = ½ Σ θₖ (Γₖ·n) for unit radiance, over the edges of a polygon that lies above the

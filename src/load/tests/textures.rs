@@ -9,6 +9,7 @@ use image::{DynamicImage, ImageFormat};
 use super::super::{LoadOptions, Loaded, load_scene};
 use super::SENSOR;
 use crate::bsdf::Place;
+use crate::emitter::Sight;
 
 /// Texels of a picture of 4 by 3 pixels.
 const COLORS: [u8; 36] = [
@@ -224,6 +225,74 @@ fn numbers_come_from_textures_and_colours() {
     // The mean of the channels.
     assert!((opacity("<rgb name='opacity' value='.1 .5 .9'/>") - 0.5).abs() < 1e-6);
     assert!((opacity("<spectrum name='opacity' value='.25'/>") - 0.25).abs() < 1e-6);
+}
+
+fn environment(file: &str, more: &str) -> String {
+    format!(
+        "<scene version='3.0.0'>\n<emitter type='envmap'><string name='filename' value='{file}'/>\
+         {more}</emitter>{SENSOR}</scene>"
+    )
+}
+
+/// `eval` of Mitsuba 3.9.1 (`scalar_rgb`) for the same file.
+#[test]
+fn environments_are_those_of_mitsuba() {
+    let folder = Folder::with_images();
+    let turned = "<transform name='to_world'><rotate y='1' angle='40'/><rotate x='1' angle='30'/>\
+                  <translate x='5'/></transform>";
+    let mirrored = "<transform name='to_world'><scale x='-1'/></transform>";
+    let [a, b, c] = [[0.0, 0.8, -0.6], [0.6, 0.0, 0.8], [-0.48, -0.6, 0.64]];
+    for (more, direction, expected) in [
+        ("", a, [0.286_477, 0.973_731, 0.802_997]),
+        ("", b, [0.253_208, 0.675_788, 0.607_754]),
+        ("", c, [0.076_261, 0.173_058, 1.522_537]),
+        (turned, a, [0.129_270, 0.990_731, 0.584_568]),
+        (turned, b, [0.514_573, 0.509_606, 0.737_901]),
+        (turned, c, [0.261_754, 0.360_831, 1.225_981]),
+        (mirrored, a, [0.286_477, 0.973_731, 0.802_997]),
+        (mirrored, b, [0.038_654, 0.070_937, 1.362_857]),
+        (mirrored, c, [0.585_815, 0.422_08, 0.484_846]),
+    ] {
+        let more = format!("<float name='scale' value='2'/>{more}");
+        let loaded = folder.load_text(&environment("t8.png", &more)).expect("valid");
+        let (_, sky) = loaded.description.scene.environment().expect("there is one");
+        let from = Vec3A::ZERO;
+        let found = sky.radiance(&Sight { from, direction: direction.into(), surface: None });
+        let off = (found - Vec3A::from(expected)).abs().max_element();
+        // Mitsuba's angles are f32, whose error is stretched by the slope of the picture.
+        assert!(off < 5e-6, "{more} {direction:?}: {found}, not {expected:?}");
+    }
+}
+
+#[test]
+fn wrong_environments_are_errors() {
+    let folder = Folder::with_images();
+    let error = |file: &str, more: &str| {
+        folder.load_text(&environment(file, more)).map(|_| ()).expect_err("wrong")
+    };
+    assert_eq!(
+        error("t8.png", "<transform name='to_world'><scale value='2'/></transform>"),
+        "scene.xml:2:64: `to_world` stretches directions (expected that it turns or mirrors them)"
+    );
+    assert_eq!(
+        error("f.exr", "<float name='scale' value='1e38'/>"),
+        "scene.xml:2:90: `scale` makes more of a pixel than an f32 can hold"
+    );
+    assert_eq!(
+        error("none.exr", ""),
+        format!(
+            "scene.xml:2:55: there is no file `none.exr`\n  help: looked in `{}`",
+            folder.0.path().display()
+        )
+    );
+    let path = folder.path("negative.exr");
+    exr::prelude::write_rgb_file(&path, 1, 1, |_, _| (1.0f32, -2.0f32, 3.0f32)).expect("writable");
+    let loaded = folder.load_text(&environment("negative.exr", "")).expect("valid");
+    let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        warnings.iter().map(|w| folder.without_folder(w)).collect::<Vec<_>>(),
+        ["scene.xml:2:55: there are pixels below 0, which count as 0"]
+    );
 }
 
 #[test]
