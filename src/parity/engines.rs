@@ -25,20 +25,15 @@ pub fn every_mode() -> Vec<Accel> {
     all
 }
 
-/// The faults that an engine is allowed. Modes that promise to be watertight have none, but for Embree's
-/// robust test and rays that are aimed: at a vertex the errors of its edges are independent, so that it
-/// may miss all triangles around it, and what it sees from the side it reports at any distance.
+/// The faults that an engine is allowed: none if it promises to be watertight.
 #[must_use]
 pub fn budget(accel: Accel) -> Budget {
     match accel {
         #[cfg(feature = "embree")]
-        Accel::Embree(EmbreeModes { robust: true, .. }) => Budget { random: 0.0, aimed: 1e-2 },
+        Accel::Embree(EmbreeModes { robust: true, .. }) => Budget::EMBREE_ROBUST,
         #[cfg(feature = "embree")]
-        Accel::Embree(_) => UNSAFE,
+        Accel::Embree(_) => Budget::FAST,
         Accel::Rust(RustModes { triangle: TriangleTest::Watertight, .. }) => Budget::NONE,
-        Accel::Rust(_) => UNSAFE,
+        Accel::Rust(_) => Budget::FAST,
     }
 }
-
-/// For modes that trade rays for speed.
-const UNSAFE: Budget = Budget { random: 1e-3, aimed: 0.2 };

@@ -21,6 +21,14 @@ pub struct Budget {
 impl Budget {
     /// Not one.
     pub const NONE: Self = Self { random: 0.0, aimed: 0.0 };
+
+    /// Of Embree's robust test, which is watertight but for rays that are aimed: at a vertex the errors of the
+    /// edges are independent, so that it may miss all triangles around it, and what it sees from the side
+    /// it reports at any distance.
+    pub const EMBREE_ROBUST: Self = Self { random: 0.0, aimed: 1e-2 };
+
+    /// Of modes that trade rays for speed.
+    pub const FAST: Self = Self { random: 1e-3, aimed: 0.2 };
 }
 
 /// What a run has counted.
