@@ -102,7 +102,10 @@ fn check(command: &str) -> Result<(), String> {
     match words.iter().position(|w| *w == "--example").map(|i| words[i + 1]) {
         Some(name) if in_package(&format!("examples/{name}/main.rs")).exists() => Ok(()),
         Some(name) => missing(name),
-        None if end < words.len() => understands(TELAMON, &words[end + 1..], "--help"),
+        // What follows the `--` of `cargo test` is for the test program.
+        None if end < words.len() && words[1] == "run" => {
+            understands(TELAMON, &words[end + 1..], "--help")
+        }
         None => Ok(()),
     }
 }
