@@ -9,7 +9,7 @@ use support::meshes::{engines, sphere_mesh};
 use telamon::math::{Frame, warp};
 use telamon::ray::{Hit, Ray};
 use telamon::sampler::{Independent, PathSampler};
-use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
+use telamon::shape::{Cylinder, Disk, Shape, Sphere, TriangleMesh, primitives};
 
 fn shapes() -> Vec<Arc<dyn Shape>> {
     let tilted = DAffine3::from_scale_rotation_translation(
@@ -24,8 +24,14 @@ fn shapes() -> Vec<Arc<dyn Shape>> {
         Arc::new(Sphere::new(Vec3A::new(-4.0, 0.0, 0.0), 1.25, axes, false)),
         Arc::new(Disk::new(tilted, false).expect("not singular")),
         Arc::new(cube),
+        Arc::new(tube()),
         Arc::new(TriangleMesh::default()),
     ]
+}
+
+fn tube() -> Cylinder {
+    let axes = [DVec3::X, DVec3::Z, DVec3::Y * 2.0];
+    Cylinder::new(DVec3::new(0.0, -1.0, -4.0), axes, false).expect("has an area")
 }
 
 /// Random rays from a box around the shapes towards points among them.

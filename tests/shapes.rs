@@ -10,7 +10,7 @@ use support::points;
 use support::rays::trace;
 use telamon::math::{Frame, warp};
 use telamon::ray::Ray;
-use telamon::shape::{Disk, Shape, Sphere, SurfacePoint, TriangleMesh, primitives};
+use telamon::shape::{Cylinder, Disk, Shape, Sphere, SurfacePoint, TriangleMesh, primitives};
 
 fn scaled(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_scale(DVec3::new(x, y, z))
@@ -118,6 +118,64 @@ fn disks_are_those_of_mitsuba() {
     assert_seen("flipped", &disk(scaled(1.0, 1.0, 1.0), true), &one([0.5, 0.147_584], DOWN));
 }
 
+/// A cylinder from `p0` to `p1` whose u begins where Mitsuba lets it begin.
+fn cylinder(p0: [f64; 3], p1: [f64; 3], radius: f64, flip: bool) -> Cylinder {
+    let along = DVec3::from(p1) - DVec3::from(p0);
+    let frame = Frame::from_normal(along.normalize().as_vec3a());
+    let [s, t] = [frame.s, frame.t].map(|v| v.as_dvec3() * radius);
+    Cylinder::new(p0.into(), [s, t, along], flip).expect("has an area")
+}
+
+/// u is the azimuth in turns, v the height. Mirrors turn no normals.
+#[test]
+fn cylinders_are_those_of_mitsuba() {
+    let left = [-1.0, 0.0, 0.0];
+    let plain = [
+        seen([3.0, 0.6, 0.25], left, [0.102_416, 0.25], [0.8, 0.6, 0.0]),
+        seen([-3.0, 0.6, 0.25], [1.0, 0.0, 0.0], [0.397_584, 0.25], [-0.8, 0.6, 0.0]),
+        seen([0.0, 0.0, 0.5], [0.6, -0.8, 0.0], [0.852_416, 0.5], [0.6, -0.8, 0.0]),
+    ];
+    let (zero, up) = ([0.0; 3], [0.0, 0.0, 1.0]);
+    assert_seen("cylinder", &cylinder(zero, up, 1.0, false), &plain);
+    let flipped = [seen([3.0, 0.6, 0.25], left, [0.102_416, 0.25], [-0.8, -0.6, 0.0])];
+    assert_seen("flipped", &cylinder(zero, up, 1.0, true), &flipped);
+    let slanted = [
+        seen([4.5, 3.0, 4.0], left, [0.977_416, 0.558_926], [0.942_809, -0.235_702, -0.235_702]),
+        seen([1.5, 3.0, 9.0], DOWN, [0.676_208, 0.649_071], [-0.298_142, -0.596_285, 0.745_356]),
+    ];
+    let p0 = [1.0, 2.0, 3.0];
+    assert_seen("slanted", &cylinder(p0, [2.0, 4.0, 5.0], 0.5, false), &slanted);
+    let below = [seen([3.0, 0.1, 0.4], left, [0.967_953, 0.560_18], [0.966_465, 0.2, 0.161_077])];
+    assert_seen("below", &cylinder([0.0, 0.0, 2.0], [0.5, 0.0, -1.0], 0.5, false), &below);
+    let mirrored = |axes| Cylinder::new(DVec3::ZERO, axes, false).expect("has an area");
+    let one = |uv| [seen([3.0, 0.6, 0.25], left, uv, [0.8, 0.6, 0.0])];
+    let in_x = mirrored([DVec3::NEG_X, DVec3::Y, DVec3::Z]);
+    assert_seen("mirrored in x", &in_x, &one([0.397_584, 0.25]));
+    let down = [seen([3.0, 0.6, -0.25], left, [0.102_416, 0.25], [0.8, 0.6, 0.0])];
+    let in_z = mirrored([DVec3::X, DVec3::Y, DVec3::NEG_Z]);
+    assert_seen("mirrored in z", &in_z, &down);
+}
+
+/// Rays beside it, along it, through its ends and past them.
+#[test]
+fn cylinders_are_open() {
+    let cylinder = cylinder([0.0; 3], [0.0, 0.0, 2.0], 1.0, false);
+    let t = |origin: [f32; 3], direction: [f32; 3]| {
+        let direction = Vec3A::from(direction).normalize();
+        trace(&cylinder, &Ray::new(origin, direction)).map(|hit| hit.t)
+    };
+    assert_eq!(t([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]), None);
+    assert_eq!(t([1.0, 0.0, -1.0], [0.0, 0.0, 1.0]), None);
+    assert_eq!(t([3.0, 0.0, 2.5], [-1.0, 0.0, 0.0]), None);
+    assert_eq!(t([3.0, 1.5, 1.0], [-1.0, 0.0, 0.0]), None);
+    assert_eq!(t([3.0, 0.0, 1.0], [-1.0, 0.0, 0.0]), Some(2.0));
+    // In through the open end, onto the wall from inside.
+    let through = t([0.5, 0.0, 3.0], [-1.0, 0.0, -1.0]).expect("the wall");
+    assert!((through - 1.5 * SQRT_2).abs() < 1e-6, "{through}");
+    let steep = t([3.0, 0.0, 5.0], [-1.0, 0.0, -1.0]).expect("the far wall");
+    assert!((steep - 4.0 * SQRT_2).abs() < 1e-5, "{steep}");
+}
+
 /// `si.dp_du` and `si.dp_dv` of Mitsuba 3.9.1 for the same rays; 0 where there is none.
 #[test]
 fn tangents_are_those_of_mitsuba() {
@@ -128,7 +186,8 @@ fn tangents_are_those_of_mitsuba() {
     let rectangle = |x| primitives::rectangle(scaled(x, 3.0, 1.0), false).0;
     let cube = primitives::cube(scaled(1.0, 1.0, 1.0), false).0;
     type Pair = [[f32; 3]; 2];
-    let cases: [(&str, &dyn Shape, Pair, Pair); 9] = [
+    let tube = cylinder([0.0, 0.0, 2.0], [0.5, 0.0, -1.0], 0.5, true);
+    let cases: [(&str, &dyn Shape, Pair, Pair); 10] = [
         (
             "rectangle",
             &rectangle(2.0),
@@ -166,6 +225,12 @@ fn tangents_are_those_of_mitsuba() {
             &disk,
             [[0.6, 0.9, 3.0], DOWN],
             [[SQRT_2, 2.121_32, 0.0], [-3.769_911, 5.654_867, 0.0]],
+        ),
+        (
+            "cylinder",
+            &tube,
+            [[3.0, 0.1, 0.4], [-1.0, 0.0, 0.0]],
+            [[0.619_77, -3.078_12, 0.103_295], [0.5, 0.0, -3.0]],
         ),
         ("centre", &disk, [[0.0, 0.0, 3.0], DOWN], [[0.0; 3]; 2]),
     ];
@@ -259,6 +324,34 @@ fn rays_leave_spheres() {
             if chord > 100.0 * point.offset {
                 let t = again.unwrap_or_else(|| panic!("{size} at {center}: no far side"));
                 let slack = 4.0 * point.offset / -cosine + 1e-5 * size;
+                assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
+            }
+        }
+    }
+}
+
+/// Rays that leave a cylinder to either side: outwards none comes back; inwards each meets the far side or leaves
+/// through an end.
+#[test]
+fn rays_leave_cylinders() {
+    for (size, center) in [1e-3f64, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
+        let base = f64::from(center) * DVec3::new(1.0, -0.7, 0.3);
+        let top = base + DVec3::new(1.0, 2.0, -2.0) * size;
+        let cylinder = cylinder(base.into(), top.into(), size, false);
+        for (a, b) in points(41, 2_000).zip(points(42, 2_000)) {
+            let s = cylinder.sample_primitive(0, Vec3A::splat(3e5), a).expect("seen");
+            let direction = warp::square_to_uniform_sphere(b);
+            let cosine = direction.dot(s.point.geometric_normal);
+            let again = trace(&cylinder, &s.point.spawn(direction)).map(|hit| hit.t);
+            if cosine >= 0.0 {
+                assert_eq!(again, None, "{size} at {center}: {direction} from {:?}", s.point);
+                continue;
+            }
+            // The far end of the chord, by the angle to the axis.
+            let sine = direction.as_dvec3().cross(DVec3::new(1.0, 2.0, -2.0) / 3.0).length() as f32;
+            let chord = -2.0 * size as f32 * cosine / (sine * sine);
+            let slack = 8.0 * s.point.offset / -cosine / sine + 1e-5 * size as f32 / sine;
+            if let Some(t) = again.filter(|_| chord > 100.0 * s.point.offset) {
                 assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
             }
         }

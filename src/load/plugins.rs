@@ -18,13 +18,14 @@ use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKi
 use crate::texture::Texture;
 
 /// Every plugin that a scene file can name: a new material is one new line here.
-static PLUGINS: [&Plugin; 47] = [
+static PLUGINS: [&Plugin; 48] = [
     &shape::OBJ,
     &shape::PLY,
     &shape::RECTANGLE,
     &shape::CUBE,
     &shape::SPHERE,
     &shape::DISK,
+    &shape::CYLINDER,
     &bsdf::DIFFUSE,
     &bsdf::CONDUCTOR,
     &rough::ROUGH_CONDUCTOR,

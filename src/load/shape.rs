@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::mesh::{LoadedMesh, MeshFileError, MeshOptions, load_obj, load_ply};
 use super::plugins::{
@@ -13,7 +13,7 @@ use super::properties::Object;
 use crate::math::Frame;
 use crate::ray::Ray;
 use crate::shape::mesh::Dropped;
-use crate::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
+use crate::shape::{Cylinder, Disk, Shape, Sphere, TriangleMesh, primitives};
 
 /// A shape and the triangles that it lost.
 #[derive(Debug)]
@@ -115,6 +115,30 @@ pub(super) static DISK: Plugin = Plugin {
     build: Build::Shape(disk),
 };
 
+pub(super) static CYLINDER: Plugin = Plugin {
+    name: "cylinder",
+    help: "A circular cylinder without caps, facing outwards.",
+    properties: &[
+        property("p0", Kind::Point, Default::Origin, "middle of one end, before `to_world`"),
+        property(
+            "p1",
+            Kind::Point,
+            Default::Absent("0, 0, 1"),
+            "middle of the other end, before `to_world`",
+        ),
+        property("radius", Kind::Float(Bounds::Positive), Default::Float(1.0), "before `to_world`"),
+        property(
+            "to_world",
+            Kind::Transform,
+            Default::Identity,
+            "maps it into the scene; it must stay circular",
+        ),
+        FLIP_NORMALS,
+    ],
+    parts: PARTS,
+    build: Build::Shape(cylinder),
+};
+
 /// The shape that an object describes.
 ///
 /// # Errors
@@ -189,12 +213,13 @@ fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     analytic(object, Sphere::new(center, radius, axes, inwards))
 }
 
+/// Scene files print matrices with six digits or more, which errs by 5e-7 for each entry, and by three
+/// times the double of that for an entry of MᵀM.
+const TOLERANCE: f64 = 1e-5;
+
 /// The factor `s` and the rotation `R` of a map `s R`; `None` if it is no such map. `s` is negative if the
 /// map mirrors.
 fn similarity(map: DMat3) -> Option<(f64, Frame)> {
-    /// Scene files print matrices with six digits or more, which errs by 5e-7 for each entry, and by three
-    /// times the double of that for an entry of MᵀM.
-    const TOLERANCE: f64 = 1e-5;
     let largest = map.to_cols_array().into_iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     // Scaled first, so that no product leaves the range.
     let unit = map * (1.0 / largest);
@@ -202,7 +227,7 @@ fn similarity(map: DMat3) -> Option<(f64, Frame)> {
     let rotation = unit * (1.0 / scale);
     let deviation = (rotation.transpose() * rotation - DMat3::IDENTITY).to_cols_array();
     let similar = deviation.into_iter().all(|d| d.abs() <= TOLERANCE);
-    let axis = |v: glam::DVec3| v.normalize().as_vec3a();
+    let axis = |v: DVec3| v.normalize().as_vec3a();
     similar.then(|| {
         let [s, t, n] = [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(axis);
         (scale * largest, Frame { s, t, n })
@@ -220,6 +245,44 @@ fn disk(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     analytic(object, disk)
 }
 
+fn cylinder(object: &Object<'_>) -> Result<BuiltShape, Issue> {
+    let to_world = object.transform("to_world");
+    let base = object.point("p0");
+    let along = if object.has("p1") { object.point("p1") } else { DVec3::Z } - base;
+    let Some(axis) = along.try_normalize() else {
+        let message = "a cylinder cannot begin and end at one point";
+        return Err(Issue::new(object.place_of("p1"), message));
+    };
+    let frame = Frame::from_normal(axis.as_vec3a());
+    let across = [frame.s, frame.t].map(|v| v.as_dvec3() * object.float("radius"));
+    let axes = [across[0], across[1], along].map(|v| to_world.transform_vector3(v));
+    let cylinder = is_circular(axes)
+        .then(|| {
+            let base = to_world.transform_point3(base);
+            Cylinder::new(base, axes, object.boolean("flip_normals"))
+        })
+        .flatten();
+    let cylinder = cylinder.ok_or_else(|| {
+        let message = "`to_world` of a cylinder must keep it circular, and not flatten it";
+        Issue::new(object.place_of("to_world"), message)
+            .with_help("an elliptic or slanted cylinder has to be a mesh")
+    })?;
+    analytic(object, cylinder)
+}
+
+/// Whether the axes of a cylinder are orthogonal, and the first two of one length: as far as the digits of
+/// scene files tell, as in [`similarity`].
+fn is_circular([x, y, z]: [DVec3; 3]) -> bool {
+    let (Some(to_x), Some(to_y), Some(to_z)) =
+        (x.try_normalize(), y.try_normalize(), z.try_normalize())
+    else {
+        return false;
+    };
+    let cosines = [to_x.dot(to_y), to_x.dot(to_z), to_y.dot(to_z)];
+    cosines.into_iter().all(|c| c.abs() <= TOLERANCE)
+        && (x.length() / y.length() - 1.0).abs() <= TOLERANCE
+}
+
 fn analytic<S: Shape + 'static>(object: &Object<'_>, shape: S) -> Result<BuiltShape, Issue> {
     let bounds = Shape::bounds(&shape);
     let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
@@ -234,8 +297,6 @@ fn analytic<S: Shape + 'static>(object: &Object<'_>, shape: S) -> Result<BuiltSh
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     #[test]

@@ -8,12 +8,14 @@ use glam::{DVec3, Vec2, Vec3A};
 use crate::math::{Aabb, Frame, type_word};
 use crate::ray::{Hit, Ray};
 
+pub mod cylinder;
 pub mod disk;
 pub mod mesh;
 pub mod primitives;
 pub mod sphere;
 mod triangle;
 
+pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use mesh::TriangleMesh;
 pub use sphere::Sphere;

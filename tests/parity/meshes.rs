@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3A};
 use telamon::math::Frame;
 use telamon::parity::Budget;
-use telamon::shape::{Disk, Shape, Sphere, primitives};
+use telamon::shape::{Cylinder, Disk, Shape, Sphere, primitives};
 
 use crate::lattice::Lattice;
 use crate::support::meshes::{mesh, sphere_mesh_and_dropped};
@@ -43,7 +43,7 @@ pub(crate) fn all() -> Vec<Subject> {
         near("slivers", vec![sliver_tube()]),
         near("grid", vec![grid(64)]),
         near("gyroid", vec![gyroid()]),
-        near("coincident faces", vec![cube(), cube(), ball(), disk()]),
+        near("coincident faces", vec![cube(), cube(), ball(), disk(), tube()]),
         near("tiny", vec![sphere(DVec3::ZERO, 1e-6, 40)]),
         near("huge", vec![sphere(DVec3::ZERO, 1e6, 40)]),
         Subject {
@@ -69,6 +69,12 @@ fn disk() -> Arc<dyn Shape> {
         DVec3::new(0.0, 1.5, 0.0),
     );
     Arc::new(Disk::new(to_world, false).expect("not singular"))
+}
+
+fn tube() -> Arc<dyn Shape> {
+    let turn = glam::DQuat::from_rotation_z(0.4);
+    let axes = [DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::Z * 3.0].map(|v| turn * v);
+    Arc::new(Cylinder::new(DVec3::new(-1.5, 0.0, -1.0), axes, false).expect("has an area"))
 }
 
 fn sphere(center: DVec3, radius: f64, rings: u32) -> Arc<dyn Shape> {

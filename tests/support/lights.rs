@@ -7,7 +7,7 @@ use glam::{Affine2, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
 use telamon::emitter::spot::SpotSettings;
 use telamon::emitter::{Area, Constant, Directional, Emitter, EnvironmentMap, Point, Spot};
 use telamon::math::Frame;
-use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
+use telamon::shape::{Cylinder, Disk, Shape, Sphere, TriangleMesh, primitives};
 use telamon::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
 use telamon::texture::image::Texels;
 use telamon::texture::{Bitmap, Image, Textured};
@@ -106,6 +106,21 @@ pub(crate) fn lights() -> Vec<Light> {
     }
     let around = Sphere::new(Vec3A::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3A::Y), true);
     lights.push(light(&["sphere"], "sphere around".into(), Arc::new(around), PI));
+    // From the middle of its lower end, all but the upper end: 1 − r²/(r² + l²).
+    let axes = [DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::Z * 2.0];
+    let around = Arc::new(Cylinder::new(DVec3::ZERO, axes, true).expect("has an area"));
+    lights.push(light(&["cylinder"], "cylinder around".into(), around, PI * 4.0 / 4.25));
+    for (radius, length, distance) in [(1.0, 2.0, 3.0), (1e-3, 1.0, 1.0), (0.5, 1e-3, 2.0)] {
+        // One end is straight above, the axis is level.
+        let axes = [DVec3::Y * radius, DVec3::Z * radius, DVec3::X * length];
+        let shape = Cylinder::new(DVec3::Z * distance, axes, false).expect("has an area");
+        lights.push(light(
+            &["cylinder"],
+            format!("cylinder {radius} by {length} at {distance}"),
+            Arc::new(shape),
+            below_cylinder(length / radius, distance / radius),
+        ));
+    }
     lights
 }
 
@@ -113,6 +128,16 @@ pub(crate) fn lights() -> Vec<Light> {
 fn above_square(s: f64, h: f64) -> f64 {
     let a = s / s.hypot(h);
     4.0 * a * a.atan()
+}
+
+/// Irradiance below one end of a level cylinder of length l and with its axis at height h, both over its radius
+/// (Hamilton and Morgan, "Radiant-interchange Configuration Factors", NACA TN 2836, 1952).
+fn below_cylinder(l: f64, h: f64) -> f64 {
+    let (x, y) = ((1.0 + h).powi(2) + l * l, (1.0 - h).powi(2) + l * l);
+    let ends = (h - 1.0) / (h + 1.0);
+    (l / (h * h - 1.0).sqrt()).atan() / h
+        + l * ((x - 2.0 * h) / (h * (x * y).sqrt()) * (x / y * ends).sqrt().atan()
+            - ends.sqrt().atan() / h)
 }
 
 /// Every emitter: its plugin in scene files, and the irradiance at the origin on a surface that faces +z.

@@ -7,7 +7,7 @@ use crate::math::Frame;
 use crate::parity::{Answer, Class, Generated, RaySource};
 use crate::ray::Hit;
 use crate::sampler::{Independent, PathSampler};
-use crate::shape::{Disk, Sphere, TriangleMesh, primitives};
+use crate::shape::{Cylinder, Disk, Sphere, TriangleMesh, primitives};
 
 fn mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Arc<dyn Shape> {
     let positions = positions.iter().map(|&p| Vec3A::from_array(p)).collect();
@@ -336,6 +336,7 @@ fn jumble() -> Vec<Arc<dyn Shape>> {
         Arc::new(primitives::cube(DAffine3::IDENTITY, false).0),
         Arc::new(Sphere::new(Vec3A::X, 0.5, axes, false)),
         Arc::new(Disk::new(DAffine3::from_rotation_x(0.5), false).expect("not singular")),
+        Arc::new(Cylinder::new(DVec3::ZERO, [DVec3::X, DVec3::Y, DVec3::Z], false).expect("valid")),
         Arc::new(TriangleMesh::default()),
     ]
 }
