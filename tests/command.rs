@@ -120,6 +120,8 @@ fn every_picture_option_has_an_effect() {
     let dark = folder.png("a.png").2;
     // A quarter of 1 is 137 in sRGB.
     assert_eq!(dark[0], 137);
+    folder.succeed("render scene.xml -o a.png --size 16x20 --clamp 0.25");
+    assert_eq!(folder.png("a.png").2[0], 137);
     let run = folder.succeed("render scene.xml -o a.exr --exposure 1");
     assert!(run.stderr.contains("warning: `--exposure` changes nothing"), "{}", run.stderr);
 }
@@ -448,6 +450,7 @@ fn help_mentions_every_option() {
         "--error <RELMSE>",
         "--noise-level <LEVEL>",
         "--adaptive",
+        "--clamp <RADIANCE>",
         "-q, --quiet",
     ];
     let help = folder.succeed("render --help").stdout;

@@ -150,6 +150,18 @@ fn a_depth_limit_is_named_as_biased() {
     );
 }
 
+/// Clamped samples are too dark, and said to be.
+#[test]
+fn clamped_samples_are_named_as_biased() {
+    let choose = |base: &Setting| {
+        candidates(base, &[vary("clamp", "none,0.5")], Design::Grid).expect("valid")
+    };
+    let (_, findings) = experiment(choose, 8, 256);
+    let [whole, clamped] = [&findings.settings[0].bias, &findings.settings[1].bias];
+    assert!(!whole.is_biased && clamped.is_biased, "{whole:?} {clamped:?}");
+    assert!(clamped.value < 0.0, "{clamped:?}");
+}
+
 /// Two names for one setting get seeds of their own, and are neither told apart nor called biased.
 #[test]
 fn equal_settings_are_not_told_apart() {

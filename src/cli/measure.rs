@@ -9,6 +9,7 @@ use clap::Args;
 use flate2::Crc;
 use telamon::film::exr::Metadata;
 use telamon::measure::bench::{Bench, Run, mean_error, render_reference};
+use telamon::measure::efficiency::Comparison;
 use telamon::measure::knobs::{KNOBS, KnobError, Setting};
 use telamon::measure::plan::{self, Candidate, Design, Variation};
 use telamon::measure::record::{Origin, Record, ReferenceOrigin};
@@ -402,6 +403,7 @@ fn rows(findings: &Findings) -> String {
         "FLIP",
         "bias",
         "efficiency",
+        "trimmed",
         "memory",
     ];
     let mut rows = vec![names.map(str::to_owned).to_vec()];
@@ -410,11 +412,13 @@ fn rows(findings: &Findings) -> String {
             format!("{} ± {}", significant(s.mean), rough(s.deviation))
         };
         let biased = if s.bias.is_biased { " BIASED" } else { "" };
-        let efficiency = s.compared.map_or("1".to_owned(), |c| {
-            let r = c.ratio;
-            let mark = if c.differs { "" } else { " ~" };
-            format!("{} ({}–{}){mark}", significant(r.value), rough(r.low), rough(r.high))
-        });
+        let compared = |comparison: Option<Comparison>| {
+            comparison.map_or("1".to_owned(), |c| {
+                let r = c.ratio;
+                let mark = if c.differs { "" } else { " ~" };
+                format!("{} ({}–{}){mark}", significant(r.value), rough(r.low), rough(r.high))
+            })
+        };
         rows.push(vec![
             s.setting.clone(),
             s.samples_per_pixel.to_string(),
@@ -430,14 +434,15 @@ fn rows(findings: &Findings) -> String {
             significant(s.rel_mse_trimmed.mean),
             spread(s.flip),
             format!("{}{biased}", percent(s.bias.relative)),
-            efficiency,
+            compared(s.compared),
+            compared(s.compared_trimmed),
             s.peak_bytes.map_or(String::new(), |b| format!("{} MB", b / 1_000_000)),
         ]);
     }
     let numbers: Vec<usize> = (1..names.len()).collect();
     table(&rows, &numbers)
         + "\n  efficiency: 1/(MSE·s) over that of the base with as many samples, and its 95 % interval; ~ if not \
-           told apart\n"
+           told apart.\n  trimmed: relMSE without the worst 0.1 % of pixels, and the efficiency by that\n"
 }
 
 /// The knobs with their values.

@@ -79,6 +79,16 @@ pub(super) struct Arguments {
     #[command(flatten)]
     effort: effort::Options,
 
+    /// Scale samples down whose largest component exceeds this: less noise, and a picture that is too
+    /// dark by what `telamon measure --vary clamp=none,RADIANCE` says
+    #[arg(
+        long,
+        value_name = "RADIANCE",
+        value_parser = values::radiance,
+        help_heading = "Sampling"
+    )]
+    clamp: Option<f32>,
+
     /// Random numbers: unrelated ones, or such as are spread evenly [default: the scene's]
     #[arg(
         long,
@@ -195,6 +205,7 @@ impl Arguments {
         sampler.seed = self.seed.unwrap_or(sampler.seed);
         sampler.kind = self.sampler.unwrap_or(sampler.kind);
         description.film.variance = self.variance;
+        description.film.clamp = self.clamp;
         self.effort.adjust(description)?;
         Ok(())
     }

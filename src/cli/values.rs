@@ -100,6 +100,13 @@ pub(super) fn samplers() -> impl TypedValueParser<Value = SamplerKind> {
         .try_map(|name| name.parse::<SamplerKind>())
 }
 
+pub(super) fn radiance(text: &str) -> Result<f32, String> {
+    match positive(text)? as f32 {
+        value if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a number that 32-bit floats can hold".to_owned()),
+    }
+}
+
 pub(super) fn stops(text: &str) -> Result<f32, String> {
     // Beyond ±149 every power of 2 leaves the range of f32.
     match text.parse() {
@@ -203,6 +210,8 @@ mod tests {
         for bad in ["", "0", "-1", "inf", "NaN"] {
             assert!(positive(bad).is_err(), "{bad}");
         }
+        assert_eq!(radiance("2.5"), Ok(2.5));
+        assert!(radiance("0").is_err() && radiance("1e39").is_err() && radiance("1e-60").is_err());
         assert_eq!(stops("-1.5"), Ok(-1.5));
         for bad in ["", "x", "NaN", "inf", "128"] {
             assert!(stops(bad).is_err(), "{bad}");

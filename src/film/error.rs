@@ -149,6 +149,7 @@ mod tests {
             alpha: false,
             component: ComponentFormat::Float,
             variance: false,
+            clamp: None,
         };
         let content = Content { picture: true, variance: false, halves: true, layers: Vec::new() };
         Film::new(&settings, content)

@@ -189,6 +189,7 @@ mod tests {
             alpha: false,
             component: ComponentFormat::Float,
             variance: false,
+            clamp: None,
         };
         Film::new(&settings, content(variance))
     }

@@ -157,6 +157,7 @@ mod tests {
             alpha: true,
             component: ComponentFormat::Half,
             variance: true,
+            clamp: None,
         };
         let content =
             Content { picture: true, variance: true, halves: false, layers: layers.to_vec() };

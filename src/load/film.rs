@@ -120,6 +120,7 @@ fn film(object: &Object<'_>) -> Result<FilmSettings, Issue> {
             _ => ComponentFormat::Half,
         },
         variance: false,
+        clamp: None,
     })
 }
 

@@ -10,6 +10,7 @@
 
 pub mod bench;
 pub mod crops;
+pub mod efficiency;
 pub mod false_color;
 pub mod flip;
 pub mod image;

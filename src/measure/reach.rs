@@ -1,11 +1,10 @@
 //! When series reach an error.
 
 use super::bench::Run;
+use super::efficiency::BOOTSTRAP_SEED;
 use super::plan::BASE;
 use super::statistics::{bootstrap, median};
-use super::summary::{
-    BOOTSTRAP_SEED, Findings, Interval, Series, SlopeVerdict, Summary, UNBIASED_SLOPE,
-};
+use super::summary::{Findings, Interval, Series, SlopeVerdict, Summary, UNBIASED_SLOPE};
 
 /// When a series reaches an error.
 #[derive(Clone, Copy, Debug, PartialEq)]

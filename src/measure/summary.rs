@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::bench::Run;
+use super::efficiency::{Comparison, MSE, TRIMMED, compare, efficiency, interval};
 use super::metrics::Metrics;
 use super::plan::Candidate;
-use super::statistics::{
-    Line, Moments, bootstrap, fit_line, median, p_value, significance_each, sorted, welch,
-};
+use super::statistics::{Line, Moments, fit_line, median, p_value, significance_each, sorted};
 
 /// Probability that any setting without bias is called biased, that any setting which is as efficient as the
 /// base is called different, or that any series which converges as it should is said not to: of each 0.01.
@@ -85,6 +84,8 @@ pub struct Summary {
     /// Its ratio to that of the base with as many samples, or of the base itself where that was not measured;
     /// none within the base's series.
     pub compared: Option<Comparison>,
+    /// The same of 1/(trimmed relMSE·seconds), where no few pixels decide.
+    pub compared_trimmed: Option<Comparison>,
 }
 
 /// Difference of the mean from the reference's.
@@ -100,17 +101,6 @@ pub struct Bias {
     pub p_value: f64,
     /// Whether that is below the corrected significance.
     pub is_biased: bool,
-}
-
-/// A setting's efficiency over that of the base.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Comparison {
-    /// The ratio, with a bootstrap interval over seeds.
-    pub ratio: Interval,
-    /// p-value if both are alike (Welch's test of the logarithms).
-    pub p_value: f64,
-    /// Whether that is below the corrected significance.
-    pub differs: bool,
 }
 
 /// Settings that differ in the number of samples only.
@@ -170,7 +160,8 @@ impl Findings {
         let summary = |(candidate, runs): &(&Candidate, Vec<&Run>)| {
             let partner = partner(candidate).filter(|_| !candidate.in_base_series);
             Summary {
-                compared: partner.map(|base| compare(runs, base, compared)),
+                compared: partner.map(|base| compare(runs, base, compared, MSE)),
+                compared_trimmed: partner.map(|base| compare(runs, base, compared, TRIMMED)),
                 ..summarize(candidate, runs, reference_error, tests)
             }
         };
@@ -219,8 +210,9 @@ fn summarize(candidate: &Candidate, runs: &[&Run], reference_error: f64, tests: 
         smape: spread(runs, |m| m.smape),
         flip: spread(runs, |m| m.flip),
         bias: bias(runs, reference_error, tests),
-        efficiency: interval(runs, &|chosen| efficiency(chosen)),
+        efficiency: interval(runs, &|chosen| efficiency(chosen, MSE)),
         compared: None,
+        compared_trimmed: None,
     }
 }
 
@@ -240,52 +232,6 @@ fn bias(runs: &[&Run], reference_error: f64, tests: usize) -> Bias {
         relative: moments.mean / Moments::of(&means).mean,
         p_value,
         is_biased: p_value < significance_each(SIGNIFICANCE, tests),
-    }
-}
-
-/// 1/(MSE·T): how many runs of one second would have to be averaged for a variance of 1, at its inverse.
-fn efficiency(runs: &[&Run]) -> f64 {
-    let mse: f64 = runs.iter().map(|r| r.metrics.true_mse()).sum::<f64>() / runs.len() as f64;
-    1.0 / (mse.max(0.0) * median(runs.iter().map(|r| r.seconds)))
-}
-
-/// Seed of all bootstraps: a report does not change from one look to the next.
-pub(super) const BOOTSTRAP_SEED: u64 = 1;
-
-/// A statistic of runs with its bootstrap interval.
-fn interval(runs: &[&Run], statistic: &dyn Fn(&[&Run]) -> f64) -> Interval {
-    let of = |indices: &[usize]| {
-        let chosen: Vec<&Run> = indices.iter().map(|&i| runs[i]).collect();
-        statistic(&chosen)
-    };
-    let (low, high) = bootstrap(runs.len(), BOOTSTRAP_SEED, of);
-    Interval { value: statistic(runs), low, high }
-}
-
-/// Moments of log(MSE·T), whose distribution is closer to the normal one than that of MSE·T.
-fn log_cost(runs: &[&Run]) -> Moments {
-    let log = |r: &&Run| (r.metrics.true_mse() * r.seconds).ln();
-    Moments::of(&runs.iter().map(log).collect::<Vec<_>>())
-}
-
-fn compare(runs: &[&Run], base: &[&Run], tests: usize) -> Comparison {
-    let p_value = welch(&log_cost(runs), &log_cost(base));
-    // Both are resampled, each by itself.
-    let both: Vec<&Run> = runs.iter().chain(base).copied().collect();
-    let split = runs.len();
-    let ratio_of = |indices: &[usize]| {
-        let (a, b) = indices.split_at(split);
-        let part = |indices: &[usize], from: usize, count: usize| {
-            let chosen: Vec<&Run> = indices.iter().map(|&i| both[from + i % count]).collect();
-            efficiency(&chosen)
-        };
-        part(a, 0, split) / part(b, split, base.len())
-    };
-    let (low, high) = bootstrap(both.len(), BOOTSTRAP_SEED, ratio_of);
-    Comparison {
-        ratio: Interval { value: efficiency(runs) / efficiency(base), low, high },
-        p_value,
-        differs: p_value < significance_each(SIGNIFICANCE, tests),
     }
 }
 
@@ -349,8 +295,10 @@ fn pareto(settings: &[Summary]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::intersect::Backend;
+    use crate::measure::efficiency::log_cost;
     use crate::measure::knobs::Setting;
     use crate::measure::plan::BASE;
+    use crate::measure::statistics::welch;
     use crate::sampler::{Independent, Sampler};
     use crate::scene::tests::description;
 
@@ -423,7 +371,8 @@ mod tests {
                 .collect();
             let any_bias = groups.iter().any(|runs| bias(runs, 0.0, 3).is_biased);
             let differs = |runs: &Vec<&Run>| {
-                welch(&log_cost(runs), &log_cost(&groups[0])) < significance_each(SIGNIFICANCE, 2)
+                welch(&log_cost(runs, MSE), &log_cost(&groups[0], MSE))
+                    < significance_each(SIGNIFICANCE, 2)
             };
             biased += u32::from(any_bias);
             told_apart += u32::from(groups[1..].iter().any(differs));
@@ -490,5 +439,7 @@ mod tests {
         let ratio = best.compared.expect("not the base").ratio;
         assert!((ratio.value - 3.9).abs() < 1e-9 && ratio.low < 3.9 && ratio.high > 3.9);
         assert!(best.compared.expect("not the base").differs);
+        // Both errors are alike here.
+        assert_eq!(best.compared_trimmed, best.compared);
     }
 }

@@ -87,6 +87,7 @@ mod tests {
             alpha: false,
             component: ComponentFormat::Float,
             variance: false,
+            clamp: None,
         };
         let content = Content { picture: true, variance: true, halves: true, layers: Vec::new() };
         Film::new(&settings, content)

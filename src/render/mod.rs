@@ -284,7 +284,8 @@ impl<'a> Renderer<'a> {
             let estimate = integrator.estimate(tracer, &ray, &mut sampler);
             finite = estimate.radiance.is_finite();
             if finite {
-                tile.add_picture(cell, estimate.radiance, estimate.alpha);
+                let radiance = clamped(estimate.radiance, self.description.film.clamp);
+                tile.add_picture(cell, radiance, estimate.alpha);
             } else {
                 // It counts as a sample, so that the numbers of samples stay alike.
                 tile.add_picture(cell, Rgb::ZERO, 0.0);
@@ -306,6 +307,15 @@ impl<'a> Renderer<'a> {
             );
         }
         finite
+    }
+}
+
+/// A sample whose components are `most` at most, of the same hue (as pbrt-v4's `maxcomponentvalue`).
+fn clamped(radiance: Rgb, most: Option<f32>) -> Rgb {
+    let largest = radiance.max_element();
+    match most {
+        Some(most) if largest > most => radiance * (most / largest),
+        _ => radiance,
     }
 }
 

@@ -169,6 +169,7 @@ pub(crate) mod tests {
                 alpha: false,
                 component: ComponentFormat::Half,
                 variance: false,
+                clamp: None,
             },
             sampler: SamplerSettings {
                 kind: SamplerKind::Independent,

@@ -25,6 +25,9 @@ pub struct FilmSettings {
     /// Whether layers say how much the samples of each pixel vary, and how many there are. Scene files
     /// have no property for it.
     pub variance: bool,
+    /// Samples whose largest component exceeds this, above 0, are scaled down to it: less noise, and a
+    /// picture that is too dark. None are unless asked for; scene files have no property for it.
+    pub clamp: Option<f32>,
 }
 
 /// A rectangle of pixels of the whole film.

@@ -16,6 +16,8 @@ pub struct Setting {
     pub sampler: SamplerKind,
     /// Samples per pixel.
     pub samples_per_pixel: u32,
+    /// What larger samples are scaled down to.
+    pub clamp: Option<f32>,
     /// Whether noisy parts of the picture get more samples than others.
     pub adaptive: bool,
     /// Reconstruction filter.
@@ -162,6 +164,12 @@ pub static KNOBS: &[Knob] = &[
         set: turn::rr_depth,
     },
     Knob { name: "sampler", values: SAMPLERS, needs: "", set: turn::sampler },
+    Knob {
+        name: "clamp",
+        values: "none, or a radiance above 0 that larger samples are scaled down to",
+        needs: "",
+        set: turn::clamp,
+    },
     Knob { name: "adaptive", values: "one of: true, false", needs: "", set: turn::adaptive },
     Knob {
         name: "filter",
@@ -211,6 +219,7 @@ impl Setting {
             integrator: integrator.cloned().ok_or(KnobError::NoPicture)?,
             sampler: description.sampler.kind,
             samples_per_pixel: description.sampler.samples_per_pixel,
+            clamp: description.film.clamp,
             adaptive: description.effort.adaptive,
             filter: description.film.filter,
             accel,
@@ -225,6 +234,7 @@ impl Setting {
         description.sampler.kind = self.sampler;
         description.sampler.samples_per_pixel = self.samples_per_pixel;
         description.sampler.seed = seed;
+        description.film.clamp = self.clamp;
         description.effort = Effort { adaptive: self.adaptive, ..Effort::default() };
         description.film.filter = self.filter;
     }
@@ -306,6 +316,7 @@ mod tests {
             "rr_max_survival" => ["0.5", "0.25"],
             "rr_depth" => ["0", "7"],
             "sampler" => ["independent", "sobol"],
+            "clamp" => ["3", "0.5"],
             "adaptive" => ["true", "false"],
             "filter" => ["tent:1", "gaussian:0.5"],
             "threads" => ["1", "4"],
@@ -367,6 +378,9 @@ mod tests {
             ("rr_policy", "fixed:1.01"),
             ("rr_max_survival", "0"),
             ("rr_depth", "-1"),
+            ("clamp", "0"),
+            ("clamp", "inf"),
+            ("adaptive", "yes"),
             ("filter", "tent"),
             ("filter", "box:1"),
             ("filter", "gaussian:inf"),

@@ -209,9 +209,21 @@ pub(super) fn adaptive(setting: &mut Setting, value: &str) -> Turn {
     Turn::Done
 }
 
+pub(super) fn clamp(setting: &mut Setting, value: &str) -> Turn {
+    let clamp = above_zero(value);
+    if clamp.is_none() && value != "none" {
+        return Turn::Bad;
+    }
+    setting.clamp = clamp;
+    Turn::Done
+}
+
+fn above_zero(text: &str) -> Option<f32> {
+    text.parse().ok().filter(|v: &f32| *v > 0.0 && v.is_finite())
+}
+
 pub(super) fn filter(setting: &mut Setting, value: &str) -> Turn {
-    let length = |text: &str| text.parse::<f32>().ok().filter(|v| *v > 0.0 && v.is_finite());
-    let filter = match value.split_once(':').map(|(name, text)| (name, length(text))) {
+    let filter = match value.split_once(':').map(|(name, text)| (name, above_zero(text))) {
         None if value == "box" => Some(Filter::Box),
         Some(("tent", Some(radius))) => Some(Filter::Tent { radius }),
         Some(("gaussian", Some(stddev))) => Some(Filter::Gaussian { stddev }),

@@ -11,6 +11,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::crops::{Shot, Shots};
+use super::efficiency::Comparison;
 use super::record::{Record, ReferenceOrigin};
 use super::summary::{Findings, Interval, Spread, Summary};
 use plot::{Curve, Plot, Point, color};
@@ -147,19 +148,22 @@ fn table(findings: &Findings) -> String {
     let mut html = String::from(
         "<h2>All settings</h2>\n<div class=\"wide\"><table>\n<tr><th>setting<th>spp<th>runs\
          <th>seconds<th>Mrays<th>RMSE<th>relMSE<th>trimmed<th>99.9 %<th>largest<th>SMAPE<th>FLIP\
-         <th>bias<th>1/(MSE·s)<th>times the base's<th>memory</tr>\n",
+         <th>bias<th>1/(MSE·s)<th>times the base's<th>by trimmed relMSE<th>memory</tr>\n",
     );
     for s in &findings.settings {
         let bias_class = if s.bias.is_biased { " class=\"bad\"" } else { "" };
-        let compared = s.compared.map_or("1".to_owned(), |c| {
-            let mark = if c.differs { "" } else { " <small>not told apart</small>" };
-            format!("{}{mark}", ends(&c.ratio))
-        });
+        let compared = |comparison: Option<Comparison>| {
+            comparison.map_or("1".to_owned(), |c| {
+                let mark = if c.differs { "" } else { " <small>not told apart</small>" };
+                format!("{}{mark}", ends(&c.ratio))
+            })
+        };
+        let (by_mse, by_trimmed) = (compared(s.compared), compared(s.compared_trimmed));
         add(
             &mut html,
             format_args!(
                 "<tr><td>{}<td>{}<td>{}<td>{}<td>{:.2}<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}\
-                 <td{bias_class}>{} <small>± {}</small><td>{}<td>{compared}<td>{}</tr>\n",
+                 <td{bias_class}>{} <small>± {}</small><td>{}<td>{by_mse}<td>{by_trimmed}<td>{}</tr>\n",
                 escape(&s.setting),
                 s.samples_per_pixel,
                 s.runs,
@@ -193,7 +197,7 @@ fn crops(shots: &Shots) -> String {
         (format!("Equal time: {}", seconds(shots.seconds)), &shots.equal_time),
         (format!("Equal error: relMSE {}", significant(shots.target)), &shots.equal_error),
     ];
-    for (title, row) in rows {
+    for (title, row) in rows.into_iter().filter(|(_, row)| !row.is_empty()) {
         add(&mut html, format_args!("<h3>{}</h3>\n<div class=\"crops\">\n", escape(&title)));
         html += &figure(&shots.reference, "reference", "");
         for Shot { label, samples_per_pixel, seconds: time, rel_mse, png } in row {
