@@ -1,6 +1,6 @@
 //! One page of HTML that needs nothing else: verdict, plots, tables, crops and how it was measured.
 
-mod plot;
+pub mod plot;
 mod verdict;
 
 pub use verdict::verdict;
@@ -28,8 +28,9 @@ pub fn html(
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width\">\n\
-         <title>Measured: {0}</title>\n<style>{STYLE}</style>\n<h1>What a second buys: {0}</h1>\n",
-        escape(&record.origin.scene)
+         <title>Measured: {0}</title>\n<style>{STYLE}{1}</style>\n<h1>What a second buys: {0}</h1>\n",
+        escape(&record.origin.scene),
+        plot::STYLE
     );
     page += "<ul class=\"verdict\">\n";
     for sentence in sentences {
@@ -51,10 +52,7 @@ body { font: 16px/1.5 system-ui, sans-serif; max-width: 1400px; margin: 2em auto
 h1 { font-size: 1.6em } h2 { font-size: 1.2em; margin-top: 2em }
 .verdict li:first-child { font-size: 1.15em; font-weight: 600 }
 .plots { display: flex; flex-wrap: wrap; gap: 1em } figure { margin: 0; flex: 1 1 480px }
-svg { width: 100%; height: auto } svg text { fill: #222 } figcaption { color: #555; font-size: .9em }
-.frame { fill: none; stroke: #999 } .grid { stroke: #e6e6e6 } .curve { stroke-width: 1.5; opacity: .8 }
-.bar { stroke-width: 1.5 } .guide { stroke: #888; stroke-dasharray: 5 5 } .target { stroke: #a00; stroke-dasharray: 2 3 }
-.front { fill: none; stroke: #bbb; stroke-width: 7; stroke-linejoin: round; opacity: .6 }
+svg { width: 100%; height: auto } figcaption { color: #555; font-size: .9em }
 .key { display: flex; flex-wrap: wrap; gap: .3em 1.4em; font-size: .9em } .key i { display: inline-block; width: .8em;
 height: .8em; border-radius: 50%; margin-right: .4em }
 .wide { overflow-x: auto } table { border-collapse: collapse; font-size: .85em }
@@ -138,7 +136,7 @@ fn curves(findings: &Findings, error: &dyn Fn(&Summary) -> Interval) -> Vec<Curv
             .filter(|p| p.y.value > 0.0)
             .collect();
         points.sort_by(|a, b| a.x.value.total_cmp(&b.x.value));
-        Curve(points)
+        Curve { name: label.to_owned(), points }
     };
     findings.series.iter().map(|s| curve(&s.label)).collect()
 }

@@ -10,31 +10,56 @@ const HEIGHT: f64 = 440.0;
 /// Left, right, top and bottom.
 const MARGINS: [f64; 4] = [76.0, 16.0, 14.0, 52.0];
 
+/// Height of a line of text.
+const LINE: f64 = 20.0;
+
 /// Colours that people with any kind of sight can tell apart (Okabe and Ito 2008).
 const COLORS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555555"];
 
+/// How the parts of a plot look, as CSS.
+pub(super) const STYLE: &str = "
+svg text { fill: #222 }
+.frame { fill: none; stroke: #999 } .grid { stroke: #e6e6e6 } .curve { stroke-width: 1.5; opacity: .8 }
+.bar { stroke-width: 1.5 } .guide { stroke: #888; stroke-dasharray: 5 5 } .target { stroke: #a00; stroke-dasharray: 2 3 }
+.front { fill: none; stroke: #bbb; stroke-width: 7; stroke-linejoin: round; opacity: .6 }
+";
+
 /// Points of one colour, joined by a line, by rising x.
-pub(super) struct Curve(pub(super) Vec<Point>);
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// What they have in common.
+    pub name: String,
+    /// The points.
+    pub points: Vec<Point>,
+}
 
 /// A point with error bars.
-pub(super) struct Point {
-    pub(super) name: String,
-    pub(super) x: Interval,
-    pub(super) y: Interval,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// What is shown to who points at it.
+    pub name: String,
+    /// Across, above 0.
+    pub x: Interval,
+    /// Up, above 0.
+    pub y: Interval,
 }
 
 /// What is drawn.
-pub(super) struct Plot {
-    pub(super) x_label: &'static str,
-    pub(super) y_label: &'static str,
-    pub(super) curves: Vec<Curve>,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plot {
+    /// What x is, with its unit.
+    pub x_label: &'static str,
+    /// What y is.
+    pub y_label: &'static str,
+    /// The curves, each in a colour of its own.
+    pub curves: Vec<Curve>,
     /// Slope of a dashed line to compare with.
-    pub(super) guide: f64,
+    pub guide: f64,
     /// A horizontal line.
-    pub(super) target: Option<f64>,
+    pub target: Option<f64>,
     /// Corners of the Pareto front, by rising x.
-    pub(super) front: Vec<(f64, f64)>,
+    pub front: Vec<(f64, f64)>,
 }
 
 /// The colour of curve number `index`.
@@ -80,17 +105,45 @@ impl Axis {
 }
 
 impl Plot {
-    /// The plot as an SVG element.
+    /// The plot as an SVG element of a page that has a style for it and names the curves.
     pub(super) fn svg(&self) -> String {
-        let points = || self.curves.iter().flat_map(|c| &c.0);
+        format!(
+            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" font-size=\"13\">\n{}</svg>\n",
+            self.inside()
+        )
+    }
+
+    /// The plot as a file of its own, with the names of its curves below.
+    #[must_use]
+    pub fn file(&self) -> String {
+        let height = HEIGHT + LINE * (self.curves.len() as f64 + 0.5);
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" \
+             font-family=\"sans-serif\" font-size=\"13\">\n<style>{STYLE}</style>\n\
+             <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n{}",
+            self.inside()
+        );
+        for (index, curve) in self.curves.iter().enumerate() {
+            let y = HEIGHT + LINE * (index as f64 + 0.5);
+            let (x, color) = (MARGINS[0], color(index));
+            push(
+                &mut svg,
+                format_args!("<circle cx=\"{x}\" cy=\"{y:.1}\" r=\"4\" fill=\"{color}\"/>\n"),
+            );
+            text(&mut svg, (x + 12.0, y + 4.0), "start", &curve.name);
+        }
+        svg + "</svg>\n"
+    }
+
+    fn inside(&self) -> String {
+        let points = || self.curves.iter().flat_map(|c| &c.points);
         let [left, right, top, bottom] = MARGINS;
         let x =
             Axis::over(points().flat_map(|p| [p.x.value, p.x.low, p.x.high]), left, WIDTH - right);
         let ys = points().flat_map(|p| [p.y.value, p.y.low.max(0.3 * p.y.value), p.y.high]);
         let y = Axis::over(ys.chain(self.target), HEIGHT - bottom, top);
         let mut svg = format!(
-            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" font-size=\"13\">\n\
-             <rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" class=\"frame\"/>\n",
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" class=\"frame\"/>\n",
             WIDTH - left - right,
             HEIGHT - top - bottom
         );
@@ -99,7 +152,6 @@ impl Plot {
         for (index, curve) in self.curves.iter().enumerate() {
             draw_curve(&mut svg, curve, color(index), &x, &y);
         }
-        svg.push_str("</svg>\n");
         svg
     }
 
@@ -158,12 +210,12 @@ fn draw_curve(svg: &mut String, curve: &Curve, color: &str, x: &Axis, y: &Axis) 
     let place = |p: &Point| (x.place(p.x.value), y.place(p.y.value));
     push(svg, format_args!("<g stroke=\"{color}\" fill=\"{color}\">\n"));
     let path: Vec<String> =
-        curve.0.iter().map(place).map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
+        curve.points.iter().map(place).map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
     push(
         svg,
         format_args!("<polyline points=\"{}\" fill=\"none\" class=\"curve\"/>\n", path.join(" ")),
     );
-    for p in &curve.0 {
+    for p in &curve.points {
         let (a, b) = place(p);
         line(svg, "bar", (x.place(p.x.low), b), (x.place(p.x.high), b));
         line(svg, "bar", (a, y.place(p.y.low)), (a, y.place(p.y.high)));
