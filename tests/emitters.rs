@@ -7,18 +7,19 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec2, Vec3A};
+use glam::{Affine2, DVec2, DVec3, Vec2, Vec3A};
 use support::lights::{Light, emitters, lambert, lights, sphere, square, triangle};
 use support::rays::trace;
-use support::stats::{Moments, chi_squared};
+use support::stats::{Moments, chi_squared, significance_each, welch};
 use support::{corners, plugin_names, points};
 use telamon::emitter::{
     Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EmitterSample, Point, Sight,
 };
 use telamon::load::plugins::Category;
-use telamon::math::Frame;
-use telamon::ray::Ray;
+use telamon::math::{Frame, warp};
+use telamon::ray::{Hit, Ray};
 use telamon::shape::{Shape, TriangleMesh};
+use telamon::texture::{Checkerboard, Texture, Textured};
 
 const SAMPLES: u32 = 100_000;
 
@@ -135,7 +136,7 @@ fn density_seen(
     let hit = trace(shape, &ray)?;
     let point = shape.surface(&ray, &hit);
     let cosine = f64::from(point.geometric_normal.dot(direction).abs());
-    let surface = Some((hit.primitive as usize, &point));
+    let surface = Some((&hit, &point));
     Some((area.pdf_toward(&Sight { from, direction, surface }), cosine))
 }
 
@@ -175,6 +176,75 @@ fn both_densities_are_one() {
         // Only the rim may be missed.
         assert!(missed * 100 <= seen || light.direction_error() > 0.0, "{}: {missed}", light.name);
     }
+}
+
+/// Light that varies over a shape, by points of the shape and by directions that happen to hit it: one mean by
+/// Welch's test, and another one if the colours change places.
+#[test]
+fn textured_lights_send_what_is_seen() {
+    let board = |colors: [f32; 2]| {
+        let colors = colors.map(|c| Textured::Uniform(Vec3A::splat(c)));
+        let to_uv = Affine2::from_scale_angle_translation(Vec2::splat(0.6), 0.3, Vec2::splat(0.1));
+        Textured::Varying(Arc::new(Checkerboard::new(colors, to_uv)) as Arc<dyn Texture>)
+    };
+    let lights = lights();
+    // Directions in a hundred thousand do not find the smallest ones.
+    let lights: Vec<_> = lights.iter().filter(|l| l.irradiance > 1e-2).collect();
+    let mut noticed = 0;
+    for (seed, light) in (511..).zip(&lights) {
+        let [area, swapped] = [[3.0, 1.0], [1.0, 3.0]]
+            .map(|c| Area::new(Arc::clone(&light.shape), board(c)).expect("has an area"));
+        let frame = Frame::from_normal(light.normal);
+        let by_directions = Moments::of(points(seed + 100, SAMPLES).map(|u| {
+            let direction = frame.to_world(warp::square_to_cosine_hemisphere(u));
+            let ray = Ray::new(light.from, direction);
+            trace(light.shape.as_ref(), &ray).map_or(0.0, |hit| {
+                let point = light.shape.surface(&ray, &hit);
+                let surface = Some((&hit, &point));
+                PI * f64::from(area.radiance(&Sight { from: light.from, direction, surface }).x)
+            })
+        }));
+        let by_points = |area| irradiance(area, light.from, light.normal, seed);
+        let p_value = welch(&by_points(&area), &by_directions, 0.0);
+        assert!(p_value >= significance_each(lights.len()), "{}: p = {p_value}", light.name);
+        noticed += usize::from(welch(&by_points(&swapped), &by_directions, 0.0) < 0.01);
+    }
+    // Some are seen so that both colours send the same.
+    assert!(2 * noticed > lights.len(), "{noticed} of {}", lights.len());
+}
+
+/// Two triangles alike, of which a texture makes one black: 19 of 20 samples go to the other, and both densities
+/// say so.
+#[test]
+fn the_bright_part_of_a_mesh_is_sampled_more() {
+    let colors = [3.0, 0.0].map(|c| Textured::Uniform(Vec3A::splat(c)));
+    let board: Arc<dyn Texture> = Arc::new(Checkerboard::new(colors, Affine2::IDENTITY));
+    let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, 0.0), (0.0, 1.0)];
+    let positions = corners.map(|(x, y)| Vec3A::new(x, y, 0.0)).to_vec();
+    let uvs = [[Vec2::splat(0.25); 3], [Vec2::new(0.75, 0.25); 3]].concat();
+    let (mesh, _) = TriangleMesh::new(
+        positions.into_iter().collect(),
+        vec![[0, 1, 2], [3, 4, 5]],
+        Vec::new(),
+        uvs,
+    )
+    .expect("valid");
+    let shape: Arc<dyn Shape> = Arc::new(mesh);
+    let light = Area::new(Arc::clone(&shape), Textured::Varying(board)).expect("has an area");
+    // A tenth of each guess is the mean of 1.5: 2.85 and 0.15.
+    assert!((light.power().expect("inside the scene") - PI * 1.5).abs() < 1e-5);
+    let from = Vec3A::new(0.0, 0.4, 1.0);
+    let (mut bright, mut all) = (0, 0);
+    for u in points(621, 10_000) {
+        let s = light.sample_toward(from, u.as_dvec2()).expect("all of it is seen");
+        let (pdf, _) = density_seen(&light, shape.as_ref(), from, s.direction).expect("hit");
+        assert!((pdf / s.pdf - 1.0).abs() < 1e-4, "{pdf} {s:?}");
+        all += 1;
+        bright += u64::from(s.weight.x > 0.0);
+    }
+    let expected = [0.95, 0.05].map(|share| share * all as f64);
+    chi_squared(&[bright, all - bright], &expected, 1).unwrap_or_else(|table| panic!("{table}"));
+    assert!(chi_squared(&[bright, all - bright], &[0.5 * all as f64; 2], 1).is_err());
 }
 
 /// A flat light from behind, from its own plane, from its own points: nothing, and no NaN.
@@ -229,7 +299,8 @@ fn slivers_do_not_disturb_a_mesh_light() {
         // u = 0 chooses the first of the small ones.
         let s = light.sample_toward(from, DVec2::ZERO).expect("seen");
         let point = mesh.sample_primitive(0, from, Vec2::ZERO).expect("as the light has it").point;
-        let surface = Some((0, &point));
+        let hit = Hit { t: 1.0, u: 0.0, v: 0.0, shape: 0, primitive: 0 };
+        let surface = Some((&hit, &point));
         let pdf = light.pdf_toward(&Sight { from, direction: s.direction, surface });
         assert!((pdf / s.pdf - 1.0).abs() < 1e-5, "{pdf} {s:?}");
         assert!((s.pdf * s.weight.x - 1.0).abs() < 1e-5, "{s:?}");

@@ -3,30 +3,78 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec2, Vec3A};
+use glam::{DVec2, Vec2, Vec3A};
 
 use super::{Emitter, EmitterSample, LightOrigin, Sight};
 use crate::math::discrete::round_below_one;
 use crate::math::{Choice, Discrete, Rgb, luminance};
-use crate::shape::{Shape, SurfacePoint};
+use crate::ray::{Hit, Ray};
+use crate::shape::{Shape, ShapeSample, SurfacePoint};
+use crate::texture::{Texture, Textured};
 
-/// The same radiance in all directions from the front of a shape.
+/// The same radiance in all directions from each point of the front of a shape.
 #[derive(Debug)]
 pub struct Area {
     shape: Arc<dyn Shape>,
-    radiance: Rgb,
-    /// Choice of a primitive by area.
+    radiance: Textured<Rgb>,
+    /// Choice of a primitive by its area and a guess of its mean radiance.
     primitives: Discrete,
+    /// Emitted power in W.
+    power: f64,
 }
+
+/// Share of the mean of a texture in the guess for a primitive, which therefore is nowhere 0.
+const FLOOR: f32 = 0.1;
+
+/// Where on a triangle a texture is looked up for that guess: the points of a quadrature that is exact for
+/// polynomials of degree 2 (Strang and Fix 1973), and the middle.
+const PLACES: [Vec2; 4] = [
+    Vec2::new(1.0 / 6.0, 1.0 / 6.0),
+    Vec2::new(2.0 / 3.0, 1.0 / 6.0),
+    Vec2::new(1.0 / 6.0, 2.0 / 3.0),
+    Vec2::new(1.0 / 3.0, 1.0 / 3.0),
+];
 
 impl Area {
     /// `None` if the shape has no area.
     #[must_use]
-    pub fn new(shape: Arc<dyn Shape>, radiance: Rgb) -> Option<Self> {
-        let areas: Vec<f64> =
-            (0..shape.primitive_count()).map(|i| shape.primitive_area(i)).collect();
-        let primitives = Discrete::new(&areas)?;
-        Some(Self { shape, radiance, primitives })
+    pub fn new(shape: Arc<dyn Shape>, radiance: impl Into<Textured<Rgb>>) -> Option<Self> {
+        let radiance = radiance.into();
+        let count = shape.primitive_count();
+        let areas = (0..count).map(|i| shape.primitive_area(i));
+        let (primitives, mean) = match &radiance {
+            Textured::Uniform(radiance) => {
+                (Discrete::new(&areas.collect::<Vec<_>>())?, luminance(*radiance))
+            }
+            Textured::Varying(texture) => {
+                let guess = luminances(shape.as_ref(), texture.as_ref());
+                let weights: Vec<_> =
+                    areas.zip(guess).map(|(area, l)| area * f64::from(l)).collect();
+                (Discrete::new(&weights)?, 1.0)
+            }
+        };
+        let power = PI * primitives.total() * f64::from(mean);
+        Some(Self { shape, radiance, primitives, power })
+    }
+
+    /// Radiance of a point of the front, seen along a ray that starts at `from`. Channels below 0 count as 0.
+    fn radiance_at(&self, from: Vec3A, direction: Vec3A, hit: &Hit) -> Rgb {
+        match &self.radiance {
+            Textured::Uniform(radiance) => *radiance,
+            Textured::Varying(texture) => {
+                let uv = self.shape.uv(&Ray::new(from, direction), hit);
+                texture.rgb(uv).max(Rgb::ZERO)
+            }
+        }
+    }
+
+    /// The same for a sample.
+    fn sampled_radiance(&self, primitive: usize, from: Vec3A, sample: &ShapeSample) -> Rgb {
+        if let Textured::Uniform(radiance) = self.radiance {
+            return radiance;
+        }
+        let distance = (sample.point.position - from).length();
+        self.radiance_at(from, sample.direction, &hit_at(primitive, distance, sample.parameters))
     }
 }
 
@@ -38,12 +86,13 @@ impl Emitter for Area {
         if !is_front(&sample.point, sample.direction) {
             return None;
         }
+        let radiance = self.sampled_radiance(index, from, &sample);
         let pdf = sample.pdf * probability;
         let weight = if (1e-30..1e30).contains(&pdf) {
-            self.radiance * (1.0 / pdf as f32)
+            radiance * (1.0 / pdf as f32)
         } else {
             // The inverse may be too small for an f32, and its product with the radiance not.
-            (self.radiance.as_dvec3() / pdf).as_vec3a()
+            (radiance.as_dvec3() / pdf).as_vec3a()
         };
         Some(EmitterSample {
             direction: sample.direction,
@@ -58,7 +107,8 @@ impl Emitter for Area {
 
     fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
         match sight.surface {
-            Some((primitive, point)) if is_front(point, sight.direction) => {
+            Some((hit, point)) if is_front(point, sight.direction) => {
+                let primitive = hit.primitive as usize;
                 let pdf = self.shape.primitive_pdf(primitive, sight.from, point);
                 narrow(pdf * self.primitives.probability(primitive))
             }
@@ -68,14 +118,44 @@ impl Emitter for Area {
 
     fn radiance(&self, sight: &Sight<'_>) -> Rgb {
         match sight.surface {
-            Some((_, point)) if is_front(point, sight.direction) => self.radiance,
+            Some((hit, point)) if is_front(point, sight.direction) => {
+                self.radiance_at(sight.from, sight.direction, hit)
+            }
             _ => Rgb::ZERO,
         }
     }
 
-    fn power(&self) -> Option<f64> {
-        Some(PI * self.primitives.total() * f64::from(luminance(self.radiance)))
+    fn is_textured(&self) -> bool {
+        self.radiance.varies()
     }
+
+    fn power(&self) -> Option<f64> {
+        Some(self.power)
+    }
+}
+
+/// For each primitive about its mean luminance; finite and above 0.
+fn luminances(shape: &dyn Shape, texture: &dyn Texture) -> impl Iterator<Item = f32> {
+    // One whose mean is 0 need not be black: pixels may be below 0, or lie outside of the unit square.
+    let mean = texture.mean().clamp(f32::MIN_POSITIVE, f32::MAX);
+    let count = shape.primitive_count();
+    (0..count).map(move |primitive| {
+        if count == 1 {
+            return mean;
+        }
+        let at = |place| {
+            let ray = Ray::new(Vec3A::ZERO, Vec3A::Z);
+            let uv = shape.uv(&ray, &hit_at(primitive, 0.0, place));
+            luminance(texture.rgb(uv).max(Rgb::ZERO)) / PLACES.len() as f32
+        };
+        let here: f32 = PLACES.into_iter().map(at).sum();
+        FLOOR * mean + (1.0 - FLOOR) * here
+    })
+}
+
+/// A hit of a primitive at the surface parameters `at`.
+fn hit_at(primitive: usize, t: f32, at: Vec2) -> Hit {
+    Hit { t, u: at.x, v: at.y, shape: 0, primitive: primitive as u32 }
 }
 
 /// Whether `direction` arrives at the side that emits.

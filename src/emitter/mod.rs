@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use glam::{DVec2, Vec3A};
 
 use crate::math::{Rgb, type_word};
-use crate::ray::Ray;
+use crate::ray::{Hit, Ray};
 use crate::shape::SurfacePoint;
 
 pub mod area;
@@ -42,6 +42,11 @@ pub trait Emitter: Debug + Send + Sync {
     /// so a rough value costs noise but no bias.
     fn power(&self) -> Option<f64>;
 
+    /// Whether what it emits depends on texture coordinates.
+    fn is_textured(&self) -> bool {
+        false
+    }
+
     /// Name of the emitter's type, for reports.
     fn kind(&self) -> &'static str {
         type_word::<Self>()
@@ -55,8 +60,8 @@ pub struct Sight<'a> {
     pub from: Vec3A,
     /// Its unit direction.
     pub direction: Vec3A,
-    /// The primitive and the point on it that the ray hit; `None` if it left the scene.
-    pub surface: Option<(usize, &'a SurfacePoint)>,
+    /// The hit and the point of the surface there; `None` if the ray left the scene.
+    pub surface: Option<(&'a Hit, &'a SurfacePoint)>,
 }
 
 /// Light that arrives at a point, chosen by [`Emitter::sample_toward`].

@@ -200,7 +200,7 @@ pub(super) fn sight<'v>(
     direction: Vec3A,
     vertex: Option<&'v Vertex<'_>>,
 ) -> Sight<'v> {
-    let surface = vertex.map(|v| (v.hit.primitive as usize, &v.surface));
+    let surface = vertex.map(|v| (&v.hit, &v.surface));
     Sight { from, direction, surface }
 }
 

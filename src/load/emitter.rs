@@ -8,14 +8,14 @@ use super::properties::Object;
 use crate::emitter::spot::SpotSettings;
 use crate::emitter::{Constant, Directional, Emitter, EnvironmentMap, Point, Spot};
 use crate::math::Rgb;
-use crate::texture::Bitmap;
 use crate::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
+use crate::texture::{Bitmap, Textured};
 
 /// A light, as far as its object alone describes it.
 #[derive(Debug)]
 pub(super) enum Light {
     /// Emission of the shape that it stands in.
-    Area(Rgb),
+    Area(Textured<Rgb>),
     /// Light from all directions outside of the scene.
     Environment(Box<dyn Emitter>),
     /// A light that no ray hits.
@@ -28,9 +28,14 @@ const RADIANCE: PropertyInfo =
 pub(super) static AREA: Plugin = Plugin {
     name: "area",
     help: "Light from the front of the shape that it stands in.",
-    properties: &[RADIANCE],
+    properties: &[property(
+        "radiance",
+        Kind::RgbTexture(Bounds::NotNegative),
+        Default::Grey(1.0),
+        "in W/(m² sr)",
+    )],
     parts: &[],
-    build: Build::Emitter(|object| Ok(Light::Area(object.rgb("radiance")))),
+    build: Build::Emitter(|object| Ok(Light::Area(object.rgb_texture("radiance")?))),
 };
 
 pub(super) static CONSTANT: Plugin = Plugin {

@@ -158,13 +158,17 @@ fn surfaces_that_need(scene: &Scene, needs: Needs) -> usize {
     scene.objects().iter().filter(|o| scene.bsdfs()[o.bsdf].flags().needs >= needs).count()
 }
 
+fn textured_lights(scene: &Scene) -> usize {
+    scene.emitters().iter().filter(|e| e.is_textured()).count()
+}
+
 fn textures(scene: &Scene) -> Reason {
-    match surfaces_that_need(scene, Needs::TextureCoordinates) {
-        0 => Err("every material is the same all over its surfaces".to_owned()),
-        count => Ok(format!(
-            "{count} of {} surfaces have materials that depend on the place",
-            scene.objects().len()
-        )),
+    let materials =
+        || format!("of {} surfaces have materials that depend on the place", scene.objects().len());
+    match (surfaces_that_need(scene, Needs::TextureCoordinates), textured_lights(scene)) {
+        (0, 0) => Err("every material and light is the same all over its surface".to_owned()),
+        (count, 0) => Ok(format!("{count} {}", materials())),
+        (count, lights) => Ok(format!("{count} {}, and {lights} lights do", materials())),
     }
 }
 
@@ -176,6 +180,7 @@ fn texture_coordinates(integrator: &IntegratorSettings, scene: &Scene) -> Reason
     let read = surfaces_that_need(scene, Needs::TextureCoordinates);
     match (shown, read, surfaces_that_need(scene, Needs::Tangents)) {
         (true, ..) => Ok("a layer shows them".to_owned()),
+        (false, 0, _) if textured_lights(scene) > 0 => Ok("lights read them".to_owned()),
         (false, 0, _) => Err("no texture and no layer reads them".to_owned()),
         (false, _, 0) => Ok(format!("{read} surfaces have materials that read them")),
         (false, _, tangents) => {
@@ -314,13 +319,13 @@ mod tests {
     use crate::bsdf::microfacet::{Distribution, Roughness};
     use crate::bsdf::{Bsdf, Conductor, Diffuse, RoughConductor};
     use crate::camera::{Orthographic, OrthographicSettings, Perspective, PerspectiveSettings};
-    use crate::emitter::{Constant, Emitter};
+    use crate::emitter::{Area, Constant, Emitter};
     use crate::math::Rgb;
     use crate::scene::Object;
     use crate::scene::settings::{AovLayer, Roulette};
     use crate::scene::tests::description;
     use crate::shape::{Shape, TriangleMesh};
-    use crate::texture::{Checkerboard, Textured};
+    use crate::texture::{Checkerboard, Texture, Textured};
 
     fn triangle(smooth: bool) -> Arc<dyn Shape> {
         let corners = [Vec3A::ZERO, Vec3A::X, Vec3A::Y];
@@ -462,18 +467,24 @@ mod tests {
     fn places_are_looked_up_where_a_material_depends_on_them() {
         let mut d = description();
         d.scene = scene(false, vec![diffuse(), mirror()]);
-        let expected = "every material is the same all over its surfaces";
+        let expected = "every material and light is the same all over its surface";
         assert_eq!(reason(&d, Feature::Textures), skipped(expected));
         let expected = "no texture and no layer reads them";
         assert_eq!(reason(&d, Feature::TextureCoordinates), skipped(expected));
         let colors = [0.2, 0.8].map(|v| Textured::Uniform(Rgb::splat(v)));
-        let board = Arc::new(Checkerboard::new(colors, glam::Affine2::IDENTITY));
-        let varying = Diffuse::new(Textured::Varying(board));
+        let board: Arc<dyn Texture> = Arc::new(Checkerboard::new(colors, glam::Affine2::IDENTITY));
+        let varying = Diffuse::new(Textured::Varying(board.clone()));
         d.scene = scene(false, vec![diffuse(), Box::new(varying.clone())]);
         let expected = "1 of 2 surfaces have materials that depend on the place";
         assert_eq!(reason(&d, Feature::Textures), modelled(expected));
         let expected = "1 surfaces have materials that read them";
         assert_eq!(reason(&d, Feature::TextureCoordinates), modelled(expected));
+        d.scene = scene(false, vec![diffuse()]);
+        let lamp = Area::new(triangle(false), Textured::Varying(board)).expect("has an area");
+        d.scene.emitters.push(Box::new(lamp));
+        let expected = "0 of 1 surfaces have materials that depend on the place, and 1 lights do";
+        assert_eq!(reason(&d, Feature::Textures), modelled(expected));
+        assert_eq!(reason(&d, Feature::TextureCoordinates), modelled("lights read them"));
         let roughness = Roughness::anisotropic(Distribution::Ggx, 0.1, 0.2);
         let brushed = RoughConductor::new(Metal::new(None, Rgb::ONE), roughness);
         d.scene = scene(false, vec![Box::new(brushed), Box::new(varying)]);

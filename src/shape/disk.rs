@@ -172,8 +172,8 @@ impl Shape for Disk {
     }
 
     fn sample_primitive(&self, _primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
-        let point = self.surface_at(warp::square_to_uniform_disk(u));
-        area_sample_toward(self.area, from, point)
+        let p = warp::square_to_uniform_disk(u);
+        area_sample_toward(self.area, from, self.surface_at(p), p)
     }
 
     fn primitive_pdf(&self, _primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {

@@ -243,7 +243,8 @@ impl Shape for TriangleMesh {
     fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
         let triangle = self.triangle(primitive);
         let point = triangle.point(warp::square_to_uniform_triangle(u).to_array());
-        area_sample_toward(triangle.area, from, self.surface_at(primitive, triangle.normal, point))
+        let surface = self.surface_at(primitive, triangle.normal, point);
+        area_sample_toward(triangle.area, from, surface, point.weights.into())
     }
 
     fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {

@@ -143,6 +143,8 @@ impl SurfacePoint {
 pub struct ShapeSample {
     /// The chosen point.
     pub point: SurfacePoint,
+    /// Its surface parameters, as in [`Hit::u`] and [`Hit::v`].
+    pub parameters: Vec2,
     /// Unit direction towards it.
     pub direction: Vec3A,
     /// Density per solid angle, in sr⁻¹. In f64, since for a tiny and distant primitive it or its
@@ -193,6 +195,7 @@ pub(crate) fn area_sample_toward(
     area: f64,
     from: Vec3A,
     point: SurfacePoint,
+    parameters: Vec2,
 ) -> Option<ShapeSample> {
     let to = point.position - from;
     let distance_squared = to.length_squared();
@@ -202,7 +205,7 @@ pub(crate) fn area_sample_toward(
         let cosine = direction.dot(point.geometric_normal).abs();
         let pdf = distance_squared / (cosine * area_f32);
         if pdf.is_finite() {
-            return Some(ShapeSample { point, direction, pdf: pdf.into() });
+            return Some(ShapeSample { point, parameters, direction, pdf: pdf.into() });
         }
     }
     let to = to.as_dvec3();
@@ -212,6 +215,7 @@ pub(crate) fn area_sample_toward(
         direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
     (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {
         point,
+        parameters,
         direction: direction.as_vec3a(),
         pdf: 1.0 / solid_angle,
     })

@@ -153,7 +153,9 @@ impl Shape for Sphere {
     fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
         let Some(cone) = self.cone_from(from) else {
             let point = self.surface_at(warp::square_to_uniform_sphere(u));
-            return area_sample_toward(self.primitive_area(primitive), from, point);
+            let leaves = point.geometric_normal.dot(point.position - from) * self.side > 0.0;
+            let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
+            return area_sample_toward(self.primitive_area(primitive), from, point, parameters);
         };
         let frame = Frame::from_normal(cone.axis);
         let local = warp::square_to_uniform_cone(u, cone.one_minus_cos as f32);
@@ -172,7 +174,8 @@ impl Shape for Sphere {
             -d * sin_squared - cos * half_chord,
         );
         let outward = frame.to_world(from_center.normalize().as_vec3a()).normalize();
-        Some(ShapeSample { point: self.surface_at(outward), direction, pdf: cone.pdf() })
+        let point = self.surface_at(outward);
+        Some(ShapeSample { point, parameters: Vec2::ZERO, direction, pdf: cone.pdf() })
     }
 
     fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {

@@ -1,8 +1,9 @@
 //! Bitmaps.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{Affine2, DVec3, IVec2, Vec2};
+use rayon::prelude::*;
 
 use super::Texture;
 use super::image::{Image, Texels};
@@ -16,6 +17,8 @@ pub struct Bitmap {
     settings: BitmapSettings,
     /// What the integers of the image mean; empty if it has none.
     decoded: Box<[f32]>,
+    /// Of all pixels, found when it is first asked for.
+    mean: OnceLock<f32>,
 }
 
 /// How a [`Bitmap`] is looked up.
@@ -79,7 +82,7 @@ impl Bitmap {
             })
         };
         let decoded = largest.map_or_else(Box::default, |largest| decode(largest).collect());
-        Self { image, settings, decoded }
+        Self { image, settings, decoded, mean: OnceLock::new() }
     }
 
     /// The picture.
@@ -157,10 +160,15 @@ impl Texture for Bitmap {
     }
 
     fn mean(&self) -> f32 {
-        let (width, height) = (self.size().x, self.size().y);
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| IVec2::new(x, y)));
-        let sum: DVec3 = pixels.map(|at| self.pixel(at).as_dvec3()).sum();
-        self.number((sum / (f64::from(width) * f64::from(height))).as_vec3a())
+        *self.mean.get_or_init(|| {
+            let (width, height) = (self.size().x, self.size().y);
+            let row =
+                |y| -> DVec3 { (0..width).map(|x| self.pixel(IVec2::new(x, y)).as_dvec3()).sum() };
+            // Row by row, so that the sum does not depend on the number of threads.
+            let rows: Vec<_> = (0..height).into_par_iter().map(row).collect();
+            let sum: DVec3 = rows.into_iter().sum();
+            self.number((sum / (f64::from(width) * f64::from(height))).as_vec3a())
+        })
     }
 }
 

@@ -171,7 +171,7 @@ fn weights_of_both_techniques_sum_to_one() {
             let ray = Ray::new(light.from, s.direction);
             let Some(hit) = trace(light.shape.as_ref(), &ray) else { continue };
             let point = light.shape.surface(&ray, &hit);
-            let surface = Some((hit.primitive as usize, &point));
+            let surface = Some((&hit, &point));
             let sight = Sight { from: light.from, direction: s.direction, surface };
             let cosine = f64::from(point.geometric_normal.dot(s.direction).abs());
             let bsdf = s.direction.dot(light.normal).max(0.0) / std::f32::consts::PI;
