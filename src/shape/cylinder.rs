@@ -205,7 +205,10 @@ impl Shape for Cylinder {
     fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
         let angle = TAU * f64::from(u.x);
         let point = self.surface_at(DVec2::from_angle(angle), f64::from(u.y) * self.length);
-        area_sample_toward(self.primitive_area(primitive), from, point)
+        let outward = point.geometric_normal * self.side as f32;
+        let leaves = outward.dot(point.position - from) > 0.0;
+        let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
+        area_sample_toward(self.primitive_area(primitive), from, point, parameters)
     }
 
     fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
