@@ -178,7 +178,7 @@ fn weights_of_both_techniques_sum_to_one() {
             for heuristic in [MisHeuristic::Balance, MisHeuristic::Power] {
                 let sum =
                     heuristic.weight(s.pdf, bsdf) + heuristic.weight(bsdf, area.pdf_toward(&sight));
-                let tolerance = 1e-6 + 2e-6 / cosine + 2e-5 + light.direction_error();
+                let tolerance = 1e-6 + 2e-6 / cosine + 2e-5 + light.direction_error(cosine);
                 let off = f64::from(sum - 1.0).abs();
                 // Straight along the floor no direction is chosen, and the light has it all.
                 assert!(bsdf == 0.0 || off <= tolerance, "{}: {sum}, {s:?}", light.name);

@@ -26,11 +26,22 @@ pub(crate) struct Light {
 }
 
 impl Light {
-    /// How far the density at a point hit may be off because the direction, good to 2⁻²⁴, leads to
-    /// another point: nearly twice the angle over the smallest cosine, for the light that is nearly
-    /// in contact.
-    pub(crate) fn direction_error(&self) -> f64 {
-        if self.name.starts_with("sphere around") { 1e-5 } else { 0.0 }
+    /// How far the density at a point hit at this cosine may be off because the direction, good to 2⁻²⁴, leads
+    /// to another point. For the light that is nearly in contact: nearly twice the angle over the smallest
+    /// cosine. On a cylinder n radii away the other point lies n · 2⁻²⁴ over the cosine beside the first, the
+    /// normal is turned by that angle, and the cosine, which the density is divided by, is changed by as much.
+    pub(crate) fn direction_error(&self, cosine: f64) -> f64 {
+        let radii = match self.name.split(' ').collect::<Vec<_>>()[..] {
+            ["sphere", "around"] => return 1e-5,
+            ["cylinder", "around"] => 5.0,
+            ["cylinder", radius, "by", length, "at", distance] => {
+                let [r, l, d] =
+                    [radius, length, distance].map(|n| n.parse::<f64>().expect("a number"));
+                d.hypot(l) / r
+            }
+            _ => return 0.0,
+        };
+        radii * f64::from(f32::EPSILON) / 2.0 / (cosine * cosine)
     }
 }
 
