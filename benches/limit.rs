@@ -24,7 +24,7 @@ use support::{Arguments, Outcome, SceneFile, Spread, bare_meshes, buffers, secon
 /// Interleaved runs of each side.
 const RUNS: usize = 9;
 
-/// Samples per pixel: all rays are kept, a gigabyte for 25 million of them.
+/// Samples per pixel: all rays are kept, a gigabyte for 9 million of them.
 const SAMPLES: u32 = 4;
 
 const USAGE: &str = "limit [SCENE.xml]... [-D NAME=VALUE]... [--dragon MESH.ply]";
