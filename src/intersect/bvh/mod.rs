@@ -17,6 +17,8 @@ use crate::shape::{Analytic, Geometry, Shape};
 
 mod build;
 mod node;
+#[cfg(test)]
+mod tests;
 mod traverse;
 mod validate;
 

@@ -2,12 +2,12 @@
 //! the boxes of a node.
 
 use crate::intersect::lanes::{F32x8, LANES, Lanes, U32x8};
-use crate::intersect::triangle::{Corners, Corners8, LEAST_SLOPE};
+use crate::intersect::triangle::{Corners, Corners8};
 use crate::math::Aabb;
 use crate::ray::Ray;
 
 /// Boxes of up to eight children and what is in them. Four cache lines.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(super) struct Node {
     /// By axis: the lower planes of all boxes, then the upper ones.
@@ -112,18 +112,19 @@ impl Node {
     }
 }
 
-/// How much farther a box reaches in units of t, for the rounding of both of its sides.
+/// How much farther a box reaches in units of t, so that none is left out in which the watertight test
+/// finds a hit.
 ///
-/// Ize, "Robust BVH Ray Traversal" (2013). Let u = 2⁻²⁴ and let the watertight test report a hit at t.
-/// The point at the computed weights, whose distance along the longest axis z is t dz but for u, lies
-/// in the triangle, hence between the planes L and H of its box. Along another axis its corners were
-/// placed in the sheared frame with an error of at most 2u |a| + 4u |s a'|, where a and a' are the
-/// corner's distances from the origin along this axis and z, and s the slope. Each is no more than that
-/// of the point and the extent of the triangle together, and the point's distances differ from those of
-/// the ray by just this error, so it is at most 7u |s| t |dz| + 6u extent, and |s dz| is |d|. The second
-/// part is in the box (`outward` in build.rs). So L - o <= t d (1 ± 7u) <= H - o, and with three
-/// roundings for each side of the box and one each for t, `near` is at most t (1 + 11u), `far` at
-/// least t (1 - 11u).
+/// Ize, "Robust BVH Ray Traversal" (2013), with more rounding to make up for. Let u = 2⁻²⁴, L and H be
+/// the planes of a box on one axis, o and d the origin and direction of the ray. A hit where the ray
+/// meets the triangle itself is in the box. Another is a point p of the triangle, at depth t dz along
+/// the longest axis z, which the ray meets only because the corners were placed with errors. Such an
+/// error is at most 2u |a| + 4u |s a'|, where a and a' are the corner's distances from the origin along
+/// the axis and along z, and s = d/dz. These are no more than those of p and the triangle's extents
+/// together, and those of p are |d| t and |dz| t but for this same error: so p is off the ray by at most
+/// 7u |d| t and 6u of the extents. The extents' part is in the box (`outward`), which leaves
+/// L - o <= t d (1 ± 7u) <= H - o. Each side of the test is rounded three times, t once, so that it
+/// enters the box at no more than t (1 + 11u) and leaves it at no less than t (1 - 11u).
 const WIDEN: f32 = 1.0 + 32.0 * (0.5 * f32::EPSILON);
 
 /// What the test of boxes needs to know of a ray.
@@ -138,13 +139,9 @@ pub(super) struct Slabs {
 impl Slabs {
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
-        let direction = ray.direction;
-        let least = LEAST_SLOPE * direction.abs().max_element();
         // Infinite for an axis that the ray does not move along. The planes are then at ±∞, or, with the
         // origin in one of them, at 0 · ∞ = NaN, which `enter` ignores.
-        let inverse = direction
-            .to_array()
-            .map(|d| if d.abs() < least { 0f32.copysign(d) } else { d }.recip());
+        let inverse = ray.direction.to_array().map(f32::recip);
         let first = inverse.map(|i| usize::from(i.is_sign_negative()));
         Self { origin: ray.origin.to_array(), inverse, first }
     }
@@ -186,7 +183,7 @@ impl Slabs {
 }
 
 /// Up to eight triangles. Five cache lines.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(super) struct Pack {
     pub(super) corners: Corners8,

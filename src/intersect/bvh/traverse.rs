@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 
 use arrayvec::ArrayVec;
+use glam::Vec3A;
 
 use super::Bvh;
 use super::node::{Child, ChildKind, Slabs};
@@ -35,9 +36,22 @@ pub(super) struct Walk<'a, T, const ANY: bool> {
 
 impl<'a, T, const ANY: bool> Walk<'a, T, ANY> {
     /// `ray` must be traceable.
-    pub(super) fn new(bvh: &'a Bvh, ray: Ray) -> Self {
+    #[inline(always)]
+    pub(super) fn new(bvh: &'a Bvh, mut ray: Ray) -> Self {
+        ray.direction = without_denormals(ray.direction);
         Self { bvh, ray, test: PhantomData }
     }
+}
+
+/// The direction with 0 in the place of components that are smaller than the largest by more than 2¹⁰⁰:
+/// their products with coordinates are no longer right to a few roundings, which the test of boxes counts
+/// on. Over a distance of 1e18, about the largest that there is, it turns the ray aside by 1e-12.
+#[inline(always)]
+pub(super) fn without_denormals(direction: Vec3A) -> Vec3A {
+    const LEAST: f32 = 7.888_609e-31;
+    let least = Vec3A::splat(LEAST * direction.abs().max_element());
+    let zero = Vec3A::ZERO.copysign(direction);
+    Vec3A::select(direction.abs().cmplt(least), zero, direction)
 }
 
 /// A child that waits: the bits of the distance of its box, then those of its index. Distances are

@@ -15,7 +15,7 @@ mod tests;
 mod watertight;
 
 pub(super) use plain::Plain;
-pub(super) use watertight::{LEAST_SLOPE, Watertight};
+pub(super) use watertight::Watertight;
 
 /// Corners of eight triangles: by axis, then by corner.
 pub(super) type Corners8 = [[F32x8; 3]; 3];

@@ -1,5 +1,7 @@
 //! Both tests at the extremes of what f32 can hold.
 
+use glam::DMat3;
+
 use super::*;
 use crate::intersect::lanes::{LANES, Portable};
 use crate::math::{Frame, warp};
@@ -226,5 +228,43 @@ fn a_closed_mesh_is_watertight() {
     for to_corner in [false, true] {
         let leaks = leaks::<Plain>(Vec3A::ZERO, &mesh, 10_000, to_corner);
         assert!((300..3000).contains(&leaks), "{leaks}");
+    }
+}
+
+/// A closed unit cube in a random frame, 32 triangles a face, and rays that start a rounding inside a face
+/// and go along it: of two triangles with a common edge, none is missed for the sake of one that is seen
+/// edge-on and then discarded because its plane lies behind the ray.
+#[test]
+fn rays_along_a_face_stay_inside() {
+    const CELLS: usize = 4;
+    let sampler = Independent::new(5);
+    for cube in 0..60 {
+        let mut u = PathSampler::new(&sampler, cube, 0);
+        let frame = Frame::from_normal(warp::square_to_uniform_sphere(u.next_2d()));
+        let axes = DMat3::from_cols_array_2d(
+            &[frame.s, frame.t, frame.n].map(|axis| axis.as_dvec3().to_array()),
+        );
+        let to_world = |p: DVec3| (axes * p + DVec3::new(0.3, 0.2, 0.1)).as_vec3a();
+        let mut mesh: Vec<Corners> = Vec::new();
+        for place in 0..6 * CELLS * CELLS {
+            let (face, i, j) = (place / CELLS / CELLS, place / CELLS % CELLS, place % CELLS);
+            let corner = |(x, y): (usize, usize)| {
+                let mut p = [0.0; 3];
+                p[face / 2] = (face % 2) as f64;
+                p[(face / 2 + 1) % 3] = (i + x) as f64 / CELLS as f64;
+                p[(face / 2 + 2) % 3] = (j + y) as f64 / CELLS as f64;
+                to_world(p.into()).to_array()
+            };
+            mesh.push([(0, 0), (1, 0), (1, 1)].map(corner));
+            mesh.push([(0, 0), (1, 1), (0, 1)].map(corner));
+        }
+        for _ in 0..3000 {
+            let origin = to_world(Vec3A::from(u.next_2d().extend(1e-7)).as_dvec3());
+            let climb = 10f32.powf(4.0 * u.next_1d() - 9.0).copysign(u.next_1d() - 0.5);
+            let (y, x) = (std::f32::consts::TAU * u.next_1d()).sin_cos();
+            let ray = Ray::new(origin, frame.to_world(Vec3A::new(x, y, climb)).normalize());
+            let hits = |corners: &Corners| test::<Watertight>(&ray, corners).is_some();
+            assert!(mesh.iter().any(hits), "{ray:?}");
+        }
     }
 }

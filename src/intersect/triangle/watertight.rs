@@ -23,9 +23,9 @@ pub(in crate::intersect) struct Watertight {
     dz: f32,
 }
 
-/// Slopes below this are taken for 0, as the test of boxes does too: below about 1e-38 they lose
-/// their precision, and with it the proof that a box holds what the test hits.
-pub(in crate::intersect) const LEAST_SLOPE: f32 = 7.888_609e-31;
+/// A bound of the error with which a corner is placed, in units of its distance from the origin: six
+/// roundings of 2⁻²⁴, times ten for a triangle that leans away from the ray.
+const ERROR: f64 = 64.0 * 0.5 * f32::EPSILON as f64;
 
 impl Watertight {
     /// Where a corner is in the frame: f32, and so the same for every triangle that has it.
@@ -51,14 +51,19 @@ impl Watertight {
         let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
         let mixed = (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0);
         let sum = u + v + w;
-        // A ray that starts in the plane, or lies in it, meets nothing of the triangle but its edges. One
-        // that left the plane does not meet it because corners far away are placed in front of it.
-        if mixed || sum == 0.0 || solution.height == 0.0 || solution.t < 0.0 {
+        // A ray that starts in the plane, or lies in it, meets nothing of the triangle but its edges.
+        if mixed || sum == 0.0 || solution.height == 0.0 {
             return None;
         }
         let depth = |corner: &[f32; 3]| f64::from(corner[self.axes[2]]) - f64::from(self.origin[2]);
         let [za, zb, zc] = corners.each_ref().map(depth);
-        let t = (u * za + v * zb + w * zc) / (sum * f64::from(self.dz));
+        let z = (u * za + v * zb + w * zc) / sum;
+        // One that has just left the plane does not meet it because far corners are placed in front of it.
+        let error = ERROR * za.abs().max(zb.abs()).max(zc.abs());
+        if solution.t < 0.0 && z.abs() <= error {
+            return None;
+        }
+        let t = z / f64::from(self.dz);
         within(ray, [t, v / sum, w / sum])
     }
 }
@@ -95,10 +100,7 @@ impl RayTriangle for Watertight {
             2
         };
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let shear = [axes[0], axes[1]].map(|axis| {
-            let slope = d[axis] / d[z];
-            if slope.abs() < LEAST_SLOPE { 0.0 } else { slope }
-        });
+        let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z]];
         let origin = ray.origin.to_array();
         Self { axes, origin: axes.map(|axis| origin[axis]), shear, dz: d[z] }
     }
