@@ -26,6 +26,7 @@ pub(super) trait Lanes: Copy {
     fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+    fn abs(self, a: Self::Vector) -> Self::Vector;
     /// `a < b ? a : b` in each lane: `b` where either is NaN.
     fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// `a > b ? a : b` in each lane: `b` where either is NaN.
@@ -129,6 +130,11 @@ mod avx2 {
         }
 
         #[inline(always)]
+        fn abs(self, a: __m256) -> __m256 {
+            self.avx._mm256_andnot_ps(self.splat(-0.0), a)
+        }
+
+        #[inline(always)]
         fn min(self, a: __m256, b: __m256) -> __m256 {
             self.avx._mm256_min_ps(a, b)
         }
@@ -202,6 +208,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn mul(self, a: F32x8, b: F32x8) -> F32x8 {
         zip(a, b, |a, b| a * b)
+    }
+
+    #[inline(always)]
+    fn abs(self, a: F32x8) -> F32x8 {
+        F32x8(a.0.map(f32::abs))
     }
 
     #[inline(always)]

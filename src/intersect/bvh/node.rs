@@ -115,17 +115,13 @@ impl Node {
 /// How much farther a box reaches in units of t, so that none is left out in which the watertight test
 /// finds a hit.
 ///
-/// Ize, "Robust BVH Ray Traversal" (2013), with more rounding to make up for. Let u = 2⁻²⁴, L and H be
-/// the planes of a box on one axis, o and d the origin and direction of the ray. A hit where the ray
-/// meets the triangle itself is in the box. Another is a point p of the triangle, at depth t dz along
-/// the longest axis z, which the ray meets only because the corners were placed with errors. Such an
-/// error is at most 2u |a| + 4u |s a'|, where a and a' are the corner's distances from the origin along
-/// the axis and along z, and s = d/dz. These are no more than those of p and the triangle's extents
-/// together, and those of p are |d| t and |dz| t but for this same error: so p is off the ray by at most
-/// 7u |d| t and 6u of the extents. The extents' part is in the box (`outward`), which leaves
-/// L - o <= t d (1 ± 7u) <= H - o. Each side of the test is rounded three times, t once, so that it
-/// enters the box at no more than t (1 + 11u) and leaves it at no less than t (1 - 11u).
-const WIDEN: f32 = 1.0 + 32.0 * (0.5 * f32::EPSILON);
+/// Ize, "Robust BVH Ray Traversal" (2013). Let u = 2⁻²⁴, L and H be the planes of a box on one axis, o and d
+/// the origin and direction of the ray. Hits are found in f64: the point of the triangle at the weights of a
+/// hit is off the ray by less than u/1000 of its distance and of the triangle's extents. The extents' part is
+/// in the box (`outward`), which leaves L - o <= t d (1 ± u) <= H - o. Each side of the test is rounded three
+/// times, t once, so that it enters the box at no more than t (1 + 5u) and leaves it at no less than
+/// t (1 - 5u).
+const WIDEN: f32 = 1.0 + 16.0 * (0.5 * f32::EPSILON);
 
 /// What the test of boxes needs to know of a ray.
 #[derive(Clone, Copy, Debug)]

@@ -42,14 +42,14 @@ pub(super) trait RayTriangle: Copy {
     fn hit(&self, ray: &Ray, corners: &Corners) -> Option<TriangleHit>;
 }
 
-/// Bit i: whether the three numbers have no two different signs, 0 having none. The sign of NaN is not
-/// known: a number that a NaN hides from `min` or `max` rules nothing out.
+/// Bit i: whether the three numbers have no two different signs, those of no more than `error` having
+/// none. The sign of NaN is not known: a number that a NaN hides from `min` or `max` rules nothing out.
 #[inline(always)]
-fn same_sign<L: Lanes>(lanes: L, [a, b, c]: [L::Vector; 3]) -> u32 {
+fn same_sign<L: Lanes>(lanes: L, [a, b, c]: [L::Vector; 3], error: L::Vector) -> u32 {
     let least = lanes.min(lanes.min(a, b), c);
     let most = lanes.max(lanes.max(a, b), c);
-    let zero = lanes.splat(0.0);
-    !(lanes.lt(least, zero) & lanes.lt(zero, most)) & 0xff
+    let below = lanes.lt(lanes.add(least, error), lanes.splat(0.0));
+    !(below & lanes.lt(error, most)) & 0xff
 }
 
 /// Möller and Trumbore's solution in f64.
@@ -58,8 +58,6 @@ struct Solution {
     /// Weights of the second and third corner.
     u: f64,
     v: f64,
-    /// How far the origin is from the plane, times twice the triangle's area.
-    height: f64,
 }
 
 impl Solution {
@@ -72,19 +70,11 @@ impl Solution {
         let inverse = 1.0 / edge_1.dot(p);
         let to_origin = origin - a;
         let q = to_origin.cross(edge_1);
-        let height = edge_2.dot(q);
         Self {
-            t: height * inverse,
+            t: edge_2.dot(q) * inverse,
             u: to_origin.dot(p) * inverse,
             v: direction.dot(q) * inverse,
-            height,
         }
-    }
-
-    /// False where a weight is NaN.
-    #[inline(always)]
-    fn is_inside(&self) -> bool {
-        self.u >= 0.0 && self.v >= 0.0 && self.u + self.v <= 1.0
     }
 }
 

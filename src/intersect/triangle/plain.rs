@@ -61,7 +61,8 @@ impl RayTriangle for Plain {
         let to_origin = sub(lanes, origin, a);
         let u = dot(lanes, to_origin, p);
         let v = dot(lanes, direction, cross(lanes, to_origin, edge_1));
-        same_sign(lanes, [u, v, lanes.sub(determinant, lanes.add(u, v))])
+        let w = lanes.sub(determinant, lanes.add(u, v));
+        same_sign(lanes, [u, v, w], lanes.splat(0.0))
     }
 
     #[inline(always)]

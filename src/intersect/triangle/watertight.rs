@@ -9,9 +9,12 @@ use crate::ray::Ray;
 ///
 /// A corner's place in the sheared frame depends on nothing but the corner and the ray, so triangles
 /// that share it agree about it, and an edge function is computed by both sides of an edge from the
-/// same two places. Its f32 value has the right sign or is 0: rounding is monotonic, and products that
-/// differ cannot change their order. Where it is 0 the paper computes it again in f64, where products
-/// of two f32 are exact; here each candidate is. So no ray passes between two triangles.
+/// same two places, with one sign for the one and the other for the other. The paper places corners in
+/// f32 and decides about edges at which the f32 edge function is 0 in f64. That no ray slips between two
+/// triangles then holds for the places, not for the corners: a ray that starts within their rounding of
+/// a reflex edge may be placed on that side of it where the plane lies behind. Here f32 only rules out
+/// triangles that the ray passes by more than the rounding of all that led to the edge functions, and f64
+/// decides about the others.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::intersect) struct Watertight {
     /// World axes that x, y and z of the frame are; z is the one along which the ray is longest.
@@ -20,71 +23,92 @@ pub(in crate::intersect) struct Watertight {
     origin: [f32; 3],
     /// dx/dz and dy/dz, at most 1 in magnitude.
     shear: [f32; 2],
-    dz: f32,
 }
 
-/// A bound of the error with which a corner is placed, in units of its distance from the origin: six
-/// roundings of 2⁻²⁴, times ten for a triangle that leans away from the ray.
-const ERROR: f64 = 64.0 * 0.5 * f32::EPSILON as f64;
+/// Let u = 2⁻²⁴, r be the largest |x| or |y| of the three places in the sheared frame, and h the largest
+/// |z|. A place is x = (X - oX) - s z: with the roundings of both differences, of s and of its product
+/// with z, and |X - oX| <= r + h, it errs by no more than u (2r + 4h). An edge function, a difference of
+/// two products, then errs by 4r times that, and by 4u r² for its own roundings: 20u r (r + h) at most.
+const ERROR: f32 = 24.0 * (0.5 * f32::EPSILON);
 
-impl Watertight {
-    /// Where a corner is in the frame: f32, and so the same for every triangle that has it.
-    fn place(&self, corner: [f32; 3]) -> [f64; 2] {
-        let [x, y, z] = self.axes;
-        let z = corner[z] - self.origin[2];
-        let x = (corner[x] - self.origin[0]) - self.shear[0] * z;
-        let y = (corner[y] - self.origin[1]) - self.shear[1] * z;
-        [f64::from(x), f64::from(y)]
+/// Where corners are in the frame, in f64: the same for every triangle that has the corner.
+struct Places {
+    /// Edge functions: in proportion to the corners' weights.
+    weights: [f64; 3],
+    depths: [f64; 3],
+    /// The ray's component along the depth.
+    dz: f64,
+    /// What rounding may make of the edge functions of a triangle that is 2⁵⁰ times smaller than its distance.
+    noise: f64,
+}
+
+impl Places {
+    #[inline(always)]
+    fn new(axes: [usize; 3], ray: &Ray, corners: &Corners) -> Self {
+        let direction = ray.direction.as_dvec3().to_array();
+        let [dx, dy, dz] = axes.map(|axis| direction[axis]);
+        let (sx, sy) = (dx / dz, dy / dz);
+        let origin = ray.origin.as_dvec3().to_array();
+        let place = |corner: [f32; 3]| {
+            let [x, y, z] = axes.map(|axis| f64::from(corner[axis]) - origin[axis]);
+            [x - sx * z, y - sy * z, z]
+        };
+        let [a, b, c] = corners.map(place);
+        let edge = |p: [f64; 3], q: [f64; 3]| p[0] * q[1] - p[1] * q[0];
+        let depths = [a[2], b[2], c[2]];
+        let most = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+        let side = most([a[0], b[0], c[0]]).max(most([a[1], b[1], c[1]]));
+        let noise = 4.0 * f64::EPSILON * side * (side + (sx.abs() + sy.abs()) * most(depths));
+        Self { weights: [edge(c, b), edge(a, c), edge(b, a)], depths, dz, noise }
     }
 
-    /// The hit of the triangle whose corners are where they were placed, which the ray itself passes
-    /// by less than the error of the places.
-    #[cold]
-    fn hit_as_placed(
-        &self,
-        ray: &Ray,
-        corners: &Corners,
-        solution: &Solution,
-    ) -> Option<TriangleHit> {
-        let [a, b, c] = corners.map(|corner| self.place(corner));
-        let edge = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
-        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+    /// `[t, u, v]` if the ray's line meets the triangle, and whether they are exact to a few roundings of f32.
+    #[inline(always)]
+    fn hit(&self) -> Option<([f64; 3], bool)> {
+        let [u, v, w] = self.weights;
         let mixed = (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0);
         let sum = u + v + w;
-        // A ray that starts in the plane, or lies in it, meets nothing of the triangle but its edges.
-        if mixed || sum == 0.0 || solution.height == 0.0 {
+        // A triangle that is seen edge-on is left to those that share its edges.
+        if mixed || sum.abs() <= self.noise {
             return None;
         }
-        let depth = |corner: &[f32; 3]| f64::from(corner[self.axes[2]]) - f64::from(self.origin[2]);
-        let [za, zb, zc] = corners.each_ref().map(depth);
-        let z = (u * za + v * zb + w * zc) / sum;
-        // One that has just left the plane does not meet it because far corners are placed in front of it.
-        let error = ERROR * za.abs().max(zb.abs()).max(zc.abs());
-        if solution.t < 0.0 && z.abs() <= error {
-            return None;
-        }
-        let t = z / f64::from(self.dz);
-        within(ray, [t, v / sum, w / sum])
+        let [za, zb, zc] = self.depths;
+        let depth = (u * za + v * zb + w * zc) / sum;
+        // Where the weights cancel, as those of slivers do, and close to the plane, where the depths do.
+        let farthest = za.abs().max(zb.abs()).max(zc.abs());
+        let exact = self.noise < NOISE * sum.abs() && depth.abs() > NEAREST * farthest;
+        Some(([depth / self.dz, v / sum, w / sum], exact))
     }
 }
 
-/// [`Watertight::place`] of eight corners.
+/// A share of noise in the weights that is less than a hundredth of the rounding to f32, and the least depth, in
+/// units of the corners', at which it is so little of that, too.
+const NOISE: f64 = 5e-10;
+const NEAREST: f64 = 1e-6;
+
+/// The first two coordinates of eight corners in the frame, and their depths.
 #[inline(always)]
 fn place<L: Lanes>(
     lanes: L,
     [x, y, z]: [&F32x8; 3],
     [ox, oy, oz]: [L::Vector; 3],
     [sx, sy]: [L::Vector; 2],
-) -> [L::Vector; 2] {
+) -> [L::Vector; 3] {
     let z = lanes.sub(lanes.load(z), oz);
     let x = lanes.sub(lanes.load(x), ox);
     let y = lanes.sub(lanes.load(y), oy);
-    [lanes.sub(x, lanes.mul(sx, z)), lanes.sub(y, lanes.mul(sy, z))]
+    [lanes.sub(x, lanes.mul(sx, z)), lanes.sub(y, lanes.mul(sy, z)), z]
 }
 
 #[inline(always)]
-fn edge<L: Lanes>(lanes: L, p: [L::Vector; 2], q: [L::Vector; 2]) -> L::Vector {
+fn edge<L: Lanes>(lanes: L, p: [L::Vector; 3], q: [L::Vector; 3]) -> L::Vector {
     lanes.sub(lanes.mul(p[0], q[1]), lanes.mul(p[1], q[0]))
+}
+
+/// The largest magnitude.
+#[inline(always)]
+fn largest<L: Lanes>(lanes: L, [a, b, c]: [L::Vector; 3]) -> L::Vector {
+    lanes.max(lanes.max(lanes.abs(a), lanes.abs(b)), lanes.abs(c))
 }
 
 impl RayTriangle for Watertight {
@@ -102,7 +126,7 @@ impl RayTriangle for Watertight {
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z]];
         let origin = ray.origin.to_array();
-        Self { axes, origin: axes.map(|axis| origin[axis]), shear, dz: d[z] }
+        Self { axes, origin: axes.map(|axis| origin[axis]), shear }
     }
 
     #[inline(always)]
@@ -112,15 +136,31 @@ impl RayTriangle for Watertight {
         let s = self.shear.map(|s| lanes.splat(s));
         let place = |corner| place(lanes, [&xs[corner], &ys[corner], &zs[corner]], o, s);
         let (a, b, c) = (place(0), place(1), place(2));
-        same_sign(lanes, [edge(lanes, c, b), edge(lanes, a, c), edge(lanes, b, a)])
+        // Each by itself: in a closure it would be compiled for another processor.
+        let x = largest(lanes, [a[0], b[0], c[0]]);
+        let y = largest(lanes, [a[1], b[1], c[1]]);
+        let depth = largest(lanes, [a[2], b[2], c[2]]);
+        let side = lanes.max(x, y);
+        // The least is for products that are denormal, and so rounded by more than u.
+        let error = lanes.mul(lanes.mul(side, lanes.add(side, depth)), lanes.splat(ERROR));
+        let error = lanes.add(error, lanes.splat(f32::MIN_POSITIVE));
+        let edges = [edge(lanes, c, b), edge(lanes, a, c), edge(lanes, b, a)];
+        same_sign(lanes, edges, error)
     }
 
     #[inline(always)]
     fn hit(&self, ray: &Ray, corners: &Corners) -> Option<TriangleHit> {
-        let solution = Solution::new(ray, corners);
-        if solution.is_inside() {
-            return within(ray, [solution.t, solution.u, solution.v]);
+        let (hit, exact) = Places::new(self.axes, ray, corners).hit()?;
+        if exact {
+            return within(ray, hit);
         }
-        self.hit_as_placed(ray, corners, &solution)
+        // From the edges, which are shorter than the way to the corners. A ray that starts in the plane has
+        // t = 0 there.
+        let Solution { t, u, v } = Solution::new(ray, corners);
+        if u.is_nan() || v.is_nan() {
+            return None;
+        }
+        let u = u.clamp(0.0, 1.0);
+        within(ray, [t, u, v.clamp(0.0, 1.0 - u)])
     }
 }

@@ -104,11 +104,11 @@ pub(in super::super) fn references(shapes: &[Arc<dyn Shape>], offsets: &[u32]) -
     (0..total).into_par_iter().with_min_len(1 << 12).map(reference).collect()
 }
 
-/// The box of a triangle with the margin that `node::WIDEN` counts on: 8u times its largest extent, and
+/// The box of a triangle with the margin that `node::WIDEN` counts on: u times its largest extent, and
 /// what rounding may take from that again.
 pub(in super::super) fn outward(bounds: &Aabb) -> Aabb {
     const U: f32 = 0.5 * f32::EPSILON;
-    let extent = 8.0 * U * (bounds.max - bounds.min).max_element();
+    let extent = U * (bounds.max - bounds.min).max_element();
     // The least is for corners that are 0 or denormal.
     let margin = |side: Vec3| extent + 2.0 * U * side.abs() + f32::from_bits(4);
     Aabb { min: bounds.min - margin(bounds.min), max: bounds.max + margin(bounds.max) }
