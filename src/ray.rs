@@ -71,6 +71,8 @@ pub struct Hit {
     pub shape: u32,
     /// Index of the primitive in the shape: the triangle of a mesh, 0 for the others.
     pub primitive: u32,
+    /// Of an instance, index of the shape in its group, whose primitive is meant; else 0.
+    pub member: u32,
 }
 
 #[cfg(test)]

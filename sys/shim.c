@@ -171,7 +171,7 @@ static void intersect_callback(const struct RTCIntersectFunctionNArguments *args
     hit[NG_Z * n + i] = found.normal[2];
     hit[HIT_U * n + i] = found.u;
     hit[HIT_V * n + i] = found.v;
-    ids[PRIM_ID * n + i] = args->primID;
+    ids[PRIM_ID * n + i] = found.primitive;
     ids[GEOM_ID * n + i] = args->geomID;
     for (unsigned int level = 0; level < RTC_MAX_INSTANCE_LEVEL_COUNT; level++) {
       ids[(INST_ID + level) * n + i] = args->context->instID[level];
@@ -179,6 +179,7 @@ static void intersect_callback(const struct RTCIntersectFunctionNArguments *args
       ids[(INST_PRIM_ID + level) * n + i] = args->context->instPrimID[level];
 #endif
     }
+    if (found.instance != RTC_INVALID_GEOMETRY_ID) ids[INST_ID * n + i] = found.instance;
   }
 }
 

@@ -23,12 +23,17 @@ typedef struct ShimRay {
   float time;
 } ShimRay;
 
-/* A hit on a user geometry; the normal is in the geometry's space and of any length. */
+/* A hit on a user geometry; the normal is in the geometry's space and of any length. `primitive` is what
+   Embree's struct gets as such: a primitive of the geometry may have more inside than Embree knows of.
+   `instance` likewise, unless it is RTC_INVALID_GEOMETRY_ID: then the hit has the instance that Embree is
+   in, if any. */
 typedef struct ShimHit {
   float t;
   float u;
   float v;
   float normal[3];
+  unsigned int primitive;
+  unsigned int instance;
 } ShimHit;
 
 /* The callbacks of a user geometry. All three must be set. They run on several threads at once.

@@ -7,7 +7,7 @@ use telamon::intersect;
 use telamon::scene::settings::{
     ComponentFormat, FilmSettings, Filter, IntegratorSettings, Strategy,
 };
-use telamon::scene::{Description, Requirements, Scene};
+use telamon::scene::{Description, Object, Requirements, Scene};
 use telamon::shape::{Geometry, Shape};
 
 use super::message::Failure;
@@ -129,6 +129,9 @@ fn triangles(shape: &dyn Shape) -> usize {
     match shape.geometry() {
         Geometry::Triangles { triangles, .. } => triangles.len(),
         Geometry::Analytic(_) => 0,
+        Geometry::Instance(instance) => {
+            instance.group().shapes().iter().map(|s| triangles(s.as_ref())).sum()
+        }
     }
 }
 
@@ -159,16 +162,22 @@ fn shapes(scene: &Scene) -> Vec<Vec<String>> {
             object.shape.kind().to_owned(),
             triangles(object.shape.as_ref()).to_string(),
             bytes(object.shape.bytes()),
-            format!("material {}{}", object.bsdf, emitter.unwrap_or_default()),
+            format!("{}{}", materials_of(object), emitter.unwrap_or_default()),
         ]
     });
     let head = titles(&["shape", "kind", "triangles", "memory", "made of"]);
     std::iter::once(head).chain(rows).collect()
 }
 
+/// `"material 3"`, or `"materials 3, 4"`.
+fn materials_of(object: &Object) -> String {
+    let numbers: Vec<_> = object.bsdfs().iter().map(usize::to_string).collect();
+    format!("material{} {}", if numbers.len() == 1 { "" } else { "s" }, numbers.join(", "))
+}
+
 fn materials(scene: &Scene) -> Vec<Vec<String>> {
     let mut users = vec![0_usize; scene.bsdfs().len()];
-    scene.objects().iter().for_each(|o| users[o.bsdf] += 1);
+    scene.objects().iter().flat_map(|o| o.bsdfs()).for_each(|&bsdf| users[bsdf] += 1);
     let rows = scene.bsdfs().iter().zip(users).enumerate().map(|(index, (bsdf, users))| {
         vec![index.to_string(), bsdf.kind().to_owned(), users.to_string()]
     });

@@ -12,7 +12,7 @@ use telamon::intersect::{self, Accel};
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
 use telamon::load::{LoadOptions, load_scene};
 use telamon::parity::{self, Budget, Contender, Generated, RaySource, RecordWriter, Recorded};
-use telamon::shape::Shape;
+use telamon::shape::{Geometry, Shape};
 
 use super::message::{self, Failure, warn};
 use super::progress::{Bar, millions_per_second};
@@ -120,6 +120,11 @@ impl Arguments {
 
     fn compare(&self) -> Result<Ending, Failure> {
         let Subject { shapes, camera } = self.load()?;
+        if shapes.iter().any(|shape| matches!(shape.geometry(), Geometry::Instance(_))) {
+            return Err(Failure::new(
+                "the referee knows no instances: compare their shapes by themselves".to_owned(),
+            ));
+        }
         let rays: Box<dyn RaySource> = match &self.replay {
             Some(path) => Box::new(Recorded::read(path)?),
             None => Box::new(Generated::new(&shapes, camera, self.seed, self.rays)),

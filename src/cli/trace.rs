@@ -106,20 +106,29 @@ fn describe_query(Query { ray, answer }: &Query, scene: &Scene) -> String {
 fn describe_hit(ray: &Ray, hit: &Hit, scene: &Scene) -> String {
     let object = &scene.objects()[hit.shape as usize];
     let name = if object.name.is_empty() { String::new() } else { format!(" `{}`", object.name) };
-    let part = match object.shape.geometry() {
-        Geometry::Triangles { .. } => format!(", triangle {}", hit.primitive),
-        Geometry::Analytic(_) => String::new(),
-    };
+    let part = part(object.shape.geometry(), hit);
     let point = object.shape.surface(ray, hit);
     format!(
         "meets shape {}{name} ({}, {}){part}, after {:?} at {}, normal {}",
         hit.shape,
         object.shape.kind(),
-        scene.bsdfs()[object.bsdf].kind(),
+        scene.bsdfs()[object.bsdf_of(hit.member)].kind(),
         hit.t,
         triple(point.position),
         triple(point.shading_normal)
     )
+}
+
+/// Which part of a shape was hit, where it has several.
+fn part(geometry: Geometry<'_>, hit: &Hit) -> String {
+    match geometry {
+        Geometry::Triangles { .. } => format!(", triangle {}", hit.primitive),
+        Geometry::Analytic(_) => String::new(),
+        Geometry::Instance(instance) => {
+            let member = &instance.group().shapes()[hit.member as usize];
+            format!(", member {}{}", hit.member, part(member.geometry(), hit))
+        }
+    }
 }
 
 /// As many digits as tell the numbers apart, and a power of ten where they are tiny or huge.

@@ -155,7 +155,7 @@ fn luminances(shape: &dyn Shape, texture: &dyn Texture) -> impl Iterator<Item = 
 
 /// A hit of a primitive at the surface parameters `at`.
 fn hit_at(primitive: usize, t: f32, at: Vec2) -> Hit {
-    Hit { t, u: at.x, v: at.y, shape: 0, primitive: primitive as u32 }
+    Hit { t, u: at.x, v: at.y, shape: 0, primitive: primitive as u32, member: 0 }
 }
 
 /// Whether `direction` arrives at the side that emits.

@@ -119,7 +119,8 @@ impl<'a> Tracer<'a> {
         };
         let object = &self.scene.objects()[hit.shape as usize];
         let surface = object.shape.surface(ray, &hit);
-        Some(Vertex { object, hit, surface, bsdf: self.scene.bsdfs()[object.bsdf].as_ref() })
+        let bsdf = self.scene.bsdfs()[object.bsdf_of(hit.member)].as_ref();
+        Some(Vertex { object, hit, surface, bsdf })
     }
 
     /// The first vertex of a path from the camera, and the estimate that holds what the camera sees

@@ -15,6 +15,7 @@ pub mod accel;
 pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
+mod groups;
 mod lanes;
 pub mod recorder;
 mod triangle;

@@ -1,6 +1,7 @@
 //! Objects to the description of a scene.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -18,6 +19,7 @@ use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
 use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
 use crate::scene::{Description, Object as SceneObject, Scene};
+use crate::shape::Group;
 use crate::shape::mesh::Dropped;
 
 /// What is wrong, and what may not be as meant.
@@ -81,6 +83,15 @@ struct Parts {
     /// Index of the black material of emitters that name none, once there is one.
     black: Option<usize>,
     emitters: Vec<Box<dyn Emitter>>,
+    /// Groups by their objects; `None` where something is wrong with one, which has been noted.
+    groups: HashMap<Option<usize>, Option<BuiltGroup>>,
+}
+
+/// A group with the indices of its shapes' materials.
+#[derive(Clone)]
+struct BuiltGroup {
+    group: Arc<Group>,
+    bsdfs: Arc<[usize]>,
 }
 
 impl Parts {
@@ -110,15 +121,96 @@ impl Parts {
 
     /// All shapes in the order of the file. Meshes are read in parallel.
     fn shapes(&mut self, shapes: &[Object<'_>], notes: &mut Notes) -> Vec<SceneObject> {
-        let built: Vec<Result<BuiltShape, Issue>> = shapes.par_iter().map(shape::build).collect();
+        let by_itself = |object: &Object<'_>| match object.plugin().build {
+            Build::Group | Build::Instance => None,
+            _ => Some(shape::build(object)),
+        };
+        let built: Vec<Option<Result<BuiltShape, Issue>>> =
+            shapes.par_iter().map(by_itself).collect();
         let mut objects = Vec::with_capacity(built.len());
         for (object, built) in shapes.iter().zip(built) {
-            match built.and_then(|built| self.scene_object(object, built, &mut notes.warnings)) {
+            let scene_object = match (built, object.plugin().build) {
+                (Some(built), _) => {
+                    built.and_then(|built| self.scene_object(object, built, &mut notes.warnings))
+                }
+                (None, Build::Instance) => match self.instance(object, notes) {
+                    Some(instance) => instance,
+                    None => continue,
+                },
+                // Groups are built even if nothing refers to them, like materials.
+                (None, _) => {
+                    self.group(object, notes);
+                    continue;
+                }
+            };
+            match scene_object {
                 Ok(scene_object) => objects.push(scene_object),
                 Err(issue) => notes.issues.push(issue),
             }
         }
         objects
+    }
+
+    /// A group, built once. `None` if something is wrong with it, which is noted the first time.
+    fn group(&mut self, object: &Object<'_>, notes: &mut Notes) -> Option<BuiltGroup> {
+        if let Some(known) = self.groups.get(&object.index()) {
+            return known.clone();
+        }
+        let built = self.build_group(object, notes);
+        self.groups.insert(object.index(), built.clone());
+        built
+    }
+
+    fn build_group(&mut self, object: &Object<'_>, notes: &mut Notes) -> Option<BuiltGroup> {
+        let members: Vec<_> = object.parts(Category::Shape).collect();
+        let problems = members.iter().filter_map(|member| {
+            let name = member.plugin().name;
+            if matches!(member.plugin().build, Build::Group | Build::Instance) {
+                let message = format!("shape `{name}` cannot stand inside a `shapegroup`");
+                return Some(Issue::new(member.place(), message));
+            }
+            let light = member.parts(Category::Emitter).next()?;
+            let message = "a shape that emits cannot stand inside a `shapegroup`";
+            let help = "lights cannot be instanced: place the shape in the scene itself";
+            Some(Issue::new(light.place(), message).with_help(help))
+        });
+        let problems: Vec<_> = problems.collect();
+        if !problems.is_empty() {
+            notes.issues.extend(problems);
+            return None;
+        }
+        let objects = self.shapes(&members, notes);
+        let bsdfs = objects.iter().map(|o| o.bsdf).collect();
+        let complete = objects.len() == members.len();
+        let group = Group::new(objects.into_iter().map(|o| o.shape).collect());
+        let group = Arc::new(group.expect("checked to have no instances"));
+        complete.then_some(BuiltGroup { group, bsdfs })
+    }
+
+    /// An instance; `None` if its group is wrong, which is noted elsewhere.
+    fn instance(
+        &mut self,
+        object: &Object<'_>,
+        notes: &mut Notes,
+    ) -> Option<Result<SceneObject, Issue>> {
+        let part = object.parts(Category::Shape).next()?;
+        if !matches!(part.plugin().build, Build::Group) {
+            let message =
+                format!("an instance is of a `shapegroup`, and `{}` is none", part.plugin().name);
+            let help = "put the shape into a <shape type=\"shapegroup\"> with an id";
+            return Some(Err(Issue::new(object.place(), message).with_help(help)));
+        }
+        let BuiltGroup { group, bsdfs } = self.group(&part, notes)?;
+        Some(shape::instance(object, group).map(|built| {
+            notes.warnings.extend(precision_warnings(object, &built));
+            SceneObject {
+                name: object.id().to_owned(),
+                shape: built.shape,
+                bsdf: bsdfs[0],
+                members: bsdfs,
+                emitter: None,
+            }
+        }))
     }
 
     fn scene_object(
@@ -128,10 +220,7 @@ impl Parts {
         warnings: &mut Vec<Issue>,
     ) -> Result<SceneObject, Issue> {
         warnings.extend(dropped_warning(object, built.dropped));
-        let doubts = precision::doubts(built.shape.as_ref()).into_iter();
-        warnings.extend(doubts.map(|(message, help)| {
-            Issue::new(object.place_of("to_world"), message).with_help(help)
-        }));
+        warnings.extend(precision_warnings(object, &built));
         let emitter = match object.parts(Category::Emitter).next() {
             None => None,
             Some(light) => match emitter::build(&light)? {
@@ -158,7 +247,7 @@ impl Parts {
         } else {
             self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?
         };
-        Ok(SceneObject { name: object.id().to_owned(), shape: built.shape, bsdf, emitter })
+        Ok(SceneObject::new(object.id(), built.shape, bsdf, emitter))
     }
 
     /// Lights that belong to no shape; returns the index of the environment.
@@ -185,6 +274,14 @@ impl Parts {
         }
         environment
     }
+}
+
+fn precision_warnings(object: &Object<'_>, built: &BuiltShape) -> Vec<Issue> {
+    let doubts = precision::doubts(built.shape.as_ref()).into_iter();
+    let issue = |(message, help): (String, String)| {
+        Issue::new(object.place_of("to_world"), message).with_help(help)
+    };
+    doubts.map(issue).collect()
 }
 
 fn dropped_warning(object: &Object<'_>, dropped: Dropped) -> Option<Issue> {

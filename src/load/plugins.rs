@@ -18,7 +18,7 @@ use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKi
 use crate::texture::Texture;
 
 /// Every plugin that a scene file can name: a new material is one new line here.
-static PLUGINS: [&Plugin; 48] = [
+static PLUGINS: &[&Plugin] = &[
     &shape::OBJ,
     &shape::PLY,
     &shape::RECTANGLE,
@@ -26,6 +26,8 @@ static PLUGINS: [&Plugin; 48] = [
     &shape::SPHERE,
     &shape::DISK,
     &shape::CYLINDER,
+    &shape::SHAPEGROUP,
+    &shape::INSTANCE,
     &bsdf::DIFFUSE,
     &bsdf::CONDUCTOR,
     &rough::ROUGH_CONDUCTOR,
@@ -98,7 +100,7 @@ impl Plugin {
     #[must_use]
     pub fn category(&self) -> Category {
         match self.build {
-            Build::Shape(_) => Category::Shape,
+            Build::Shape(_) | Build::Group | Build::Instance => Category::Shape,
             Build::Bsdf(_) => Category::Bsdf,
             Build::Texture(_) => Category::Texture,
             Build::Emitter(_) => Category::Emitter,
@@ -377,6 +379,10 @@ impl Category {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Build {
     Shape(fn(&Object<'_>) -> Result<BuiltShape, Issue>),
+    /// A group of shapes, by those inside it.
+    Group,
+    /// A shape, by the group inside it.
+    Instance,
     Bsdf(fn(&Object<'_>) -> Result<Box<dyn Bsdf>, Issue>),
     Texture(fn(&Object<'_>) -> Result<Arc<dyn Texture>, Issue>),
     Emitter(fn(&Object<'_>) -> Result<Light, Issue>),

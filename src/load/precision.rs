@@ -24,7 +24,9 @@ const SAMPLE: usize = 1 << 16;
 pub(super) fn doubts(shape: &dyn Shape) -> Vec<(String, String)> {
     let Sample { bounds, coarse, short } = match shape.geometry() {
         Geometry::Triangles { positions, triangles } => sample(positions, triangles),
-        Geometry::Analytic(_) => Sample { bounds: shape.bounds(), coarse: 0.0, short: 0.0 },
+        Geometry::Analytic(_) | Geometry::Instance(_) => {
+            Sample { bounds: shape.bounds(), coarse: 0.0, short: 0.0 }
+        }
     };
     if bounds.is_empty() {
         return Vec::new();

@@ -13,7 +13,7 @@ use super::properties::Object;
 use crate::math::Frame;
 use crate::ray::Ray;
 use crate::shape::mesh::Dropped;
-use crate::shape::{Cylinder, Disk, Shape, Sphere, TriangleMesh, primitives};
+use crate::shape::{Cylinder, Disk, Group, Instance, Shape, Sphere, TriangleMesh, primitives};
 
 /// A shape and the triangles that it lost.
 #[derive(Debug)]
@@ -139,6 +139,37 @@ pub(super) static CYLINDER: Plugin = Plugin {
     build: Build::Shape(cylinder),
 };
 
+pub(super) static SHAPEGROUP: Plugin = Plugin {
+    name: "shapegroup",
+    help: "Shapes that are not seen themselves, but wherever an `instance` places them.",
+    properties: &[],
+    parts: &[Part { category: Category::Shape, least: 1, most: u32::MAX as usize }],
+    build: Build::Group,
+};
+
+pub(super) static INSTANCE: Plugin = Plugin {
+    name: "instance",
+    help: "The shapes of a `shapegroup` in one more place; they are stored once.",
+    properties: &[property(
+        "to_world",
+        Kind::Transform,
+        Default::Identity,
+        "maps the group into the scene",
+    )],
+    parts: &[Part { category: Category::Shape, least: 1, most: 1 }],
+    build: Build::Instance,
+};
+
+/// The instance of `group` that an object describes.
+///
+/// # Errors
+/// A map that flattens the group, or reaches too far.
+pub(super) fn instance(object: &Object<'_>, group: Arc<Group>) -> Result<BuiltShape, Issue> {
+    let shape = Instance::new(group, object.transform("to_world"))
+        .map_err(|error| Issue::new(object.place_of("to_world"), error.to_string()))?;
+    Ok(BuiltShape { shape: Arc::new(shape), dropped: Dropped::default() })
+}
+
 /// The shape that an object describes.
 ///
 /// # Errors
@@ -146,7 +177,7 @@ pub(super) static CYLINDER: Plugin = Plugin {
 pub(super) fn build(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     match object.plugin().build {
         Build::Shape(build) => build(object),
-        _ => unreachable!("callers pass shapes"),
+        _ => unreachable!("callers pass shapes that are built by themselves"),
     }
 }
 

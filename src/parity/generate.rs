@@ -86,7 +86,7 @@ impl Generated {
         let (point, surface) = match primitive.map(|(shape, i)| (shape, shape.geometry(), i)) {
             Some((shape, Geometry::Triangles { positions, triangles }, primitive)) => {
                 let b = warp::square_to_uniform_triangle(uv);
-                let hit = Hit { t: 0.0, u: b.x, v: b.y, shape: 0, primitive };
+                let hit = Hit { t: 0.0, u: b.x, v: b.y, shape: 0, primitive, member: 0 };
                 let surface = shape.surface(&Ray::new(Vec3A::ZERO, Vec3A::Z), &hit);
                 let corners = triangles[primitive as usize].map(|i| positions[i as usize]);
                 let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
@@ -98,7 +98,7 @@ impl Generated {
                 let surface = sample.map(|s| s.point);
                 (surface.map_or(self.center, |s| s.position).as_dvec3(), surface)
             }
-            None => (self.center.as_dvec3(), None),
+            Some((_, Geometry::Instance(_), _)) | None => (self.center.as_dvec3(), None),
         };
         let anywhere = || warp::square_to_uniform_sphere(uv);
         Target { point, normal: surface.map_or_else(anywhere, |s| s.geometric_normal), surface }

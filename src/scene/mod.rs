@@ -38,8 +38,10 @@ pub struct Object {
     pub name: String,
     /// Its geometry.
     pub shape: Arc<dyn Shape>,
-    /// Index of its material.
+    /// Index of its material; of the first one of an instance.
     pub bsdf: usize,
+    /// Indices of the materials of an instance's group, one for each shape; empty for other shapes.
+    pub members: Arc<[usize]>,
     /// Index of its emitter.
     pub emitter: Option<usize>,
 }
@@ -71,6 +73,27 @@ pub enum SceneError {
     },
 }
 
+impl Object {
+    /// A shape that is no instance.
+    #[must_use]
+    pub fn new(name: &str, shape: Arc<dyn Shape>, bsdf: usize, emitter: Option<usize>) -> Self {
+        Self { name: name.to_owned(), shape, bsdf, members: Arc::default(), emitter }
+    }
+
+    /// Index of the material of a shape of the group, if this is an instance; else of the object's.
+    #[inline(always)]
+    #[must_use]
+    pub fn bsdf_of(&self, member: u32) -> usize {
+        self.members.get(member as usize).copied().unwrap_or(self.bsdf)
+    }
+
+    /// Indices of all materials, one for each shape.
+    #[must_use]
+    pub fn bsdfs(&self) -> &[usize] {
+        if self.members.is_empty() { std::slice::from_ref(&self.bsdf) } else { &self.members }
+    }
+}
+
 impl Scene {
     /// A scene of these parts. `environment` is the index of the emitter that a ray sees when it leaves
     /// the scene.
@@ -92,6 +115,9 @@ impl Scene {
         for o in &objects {
             check(&o.name, "material", Some(o.bsdf), bsdfs.len())?;
             check(&o.name, "emitter", o.emitter, emitters.len())?;
+            for &bsdf in o.members.iter() {
+                check(&o.name, "material", Some(bsdf), bsdfs.len())?;
+            }
         }
         check("environment", "emitter", environment, emitters.len())?;
         let bounds = objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.shape.bounds()));

@@ -1,14 +1,16 @@
 //! What a scene requires of the renderer, and what it does not, so that no time is spent on it.
 
+use std::collections::HashSet;
 use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
 
 use super::settings::{
     AovKind, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
 };
-use super::{Description, Scene};
+use super::{Description, Object, Scene};
 use crate::bsdf::Needs;
 use crate::camera::{Camera, Lens};
-use crate::shape::Geometry;
+use crate::shape::{Geometry, Shape};
 
 /// For each feature whether a render of a [`Description`] models it, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,6 +36,8 @@ pub enum Feature {
     Time,
     /// A lens that is no pinhole.
     Lens,
+    /// Shapes that are stored once and placed many times.
+    Instances,
     /// Materials that vary over a surface.
     Textures,
     /// Shading normals that are interpolated between vertices.
@@ -63,6 +67,7 @@ impl Display for Feature {
         f.write_str(match self {
             Self::Time => "time",
             Self::Lens => "lens",
+            Self::Instances => "instances",
             Self::Textures => "textures",
             Self::VertexNormals => "vertex normals",
             Self::TextureCoordinates => "texture coordinates",
@@ -97,6 +102,7 @@ impl Requirements {
         let decisions = [
             (Feature::Time, skipped("nothing moves while the shutter is open")),
             (Feature::Lens, lens(&description.camera)),
+            (Feature::Instances, instances(scene)),
             (Feature::Textures, textures(scene)),
             (Feature::VertexNormals, vertex_normals(scene)),
             (Feature::TextureCoordinates, texture_coordinates(integrator, scene)),
@@ -142,8 +148,25 @@ fn lens(camera: &Camera) -> Reason {
     }
 }
 
+fn instances(scene: &Scene) -> Reason {
+    let groups = scene.objects().iter().filter_map(|o| match o.shape.geometry() {
+        Geometry::Instance(instance) => Some(Arc::as_ptr(instance.group())),
+        Geometry::Triangles { .. } | Geometry::Analytic(_) => None,
+    });
+    let groups: Vec<_> = groups.collect();
+    match (groups.len(), groups.iter().collect::<HashSet<_>>().len()) {
+        (0, _) => Err("every shape is placed once".to_owned()),
+        (count, 1) => Ok(format!("{count} of one group of shapes")),
+        (count, different) => Ok(format!("{count} of {different} groups of shapes")),
+    }
+}
+
 fn vertex_normals(scene: &Scene) -> Reason {
-    let is_mesh = |o: &&super::Object| matches!(o.shape.geometry(), Geometry::Triangles { .. });
+    let triangles = |shape: &dyn Shape| matches!(shape.geometry(), Geometry::Triangles { .. });
+    let is_mesh = |o: &&Object| match o.shape.geometry() {
+        Geometry::Instance(i) => i.group().shapes().iter().any(|s| triangles(s.as_ref())),
+        _ => triangles(o.shape.as_ref()),
+    };
     let meshes = scene.objects().iter().filter(is_mesh).count();
     let smooth = scene.objects().iter().filter(|o| o.shape.has_vertex_normals()).count();
     match (smooth, meshes) {
@@ -155,7 +178,8 @@ fn vertex_normals(scene: &Scene) -> Reason {
 
 /// How many surfaces have a material that has to be told so much of the place.
 fn surfaces_that_need(scene: &Scene, needs: Needs) -> usize {
-    scene.objects().iter().filter(|o| scene.bsdfs()[o.bsdf].flags().needs >= needs).count()
+    let needed = |&bsdf: &usize| scene.bsdfs()[bsdf].flags().needs >= needs;
+    scene.objects().iter().filter(|o| o.bsdfs().iter().any(needed)).count()
 }
 
 fn textured_lights(scene: &Scene) -> usize {
@@ -224,7 +248,8 @@ fn next_event_estimation(integrator: &IntegratorSettings, scene: &Scene) -> Reas
     if scene.emitters().is_empty() {
         return Err("there is no emitter".to_owned());
     }
-    if scene.objects().iter().all(|o| !scene.bsdfs()[o.bsdf].flags().smooth) {
+    let smooth = |&bsdf: &usize| scene.bsdfs()[bsdf].flags().smooth;
+    if !scene.objects().iter().any(|o| o.bsdfs().iter().any(smooth)) {
         return Err("all surfaces are ideal mirrors or glass".to_owned());
     }
     Ok("one shadow ray from each surface that is no ideal mirror or glass".to_owned())
@@ -321,10 +346,9 @@ mod tests {
     use crate::camera::{Orthographic, OrthographicSettings, Perspective, PerspectiveSettings};
     use crate::emitter::{Area, Constant, Emitter};
     use crate::math::Rgb;
-    use crate::scene::Object;
     use crate::scene::settings::{AovLayer, Roulette};
     use crate::scene::tests::description;
-    use crate::shape::{Shape, TriangleMesh};
+    use crate::shape::TriangleMesh;
     use crate::texture::{Checkerboard, Texture, Textured};
 
     fn triangle(smooth: bool) -> Arc<dyn Shape> {
@@ -336,8 +360,7 @@ mod tests {
 
     /// A scene of triangles, one for each material, under a constant sky.
     fn scene(smooth: bool, bsdfs: Vec<Box<dyn Bsdf>>) -> Scene {
-        let object =
-            |bsdf| Object { name: String::new(), shape: triangle(smooth), bsdf, emitter: None };
+        let object = |bsdf| Object::new("", triangle(smooth), bsdf, None);
         let objects = (0..bsdfs.len()).map(object).collect();
         let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
         Scene::new(objects, bsdfs, vec![sky], Some(0)).expect("valid")

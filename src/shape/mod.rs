@@ -10,6 +10,7 @@ use crate::ray::{Hit, Ray};
 
 pub mod cylinder;
 pub mod disk;
+pub mod instance;
 pub mod mesh;
 pub mod primitives;
 pub mod sphere;
@@ -17,6 +18,7 @@ mod triangle;
 
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use instance::{Group, Instance};
 pub use mesh::TriangleMesh;
 pub use sphere::Sphere;
 
@@ -32,6 +34,8 @@ pub enum Geometry<'a> {
     },
     /// A single primitive that is intersected by one piece of Rust code in every engine.
     Analytic(&'a dyn Analytic),
+    /// Other shapes, under a map.
+    Instance(&'a Instance),
 }
 
 /// A primitive with an intersection test of its own.
@@ -74,7 +78,7 @@ pub trait Shape: Debug + Send + Sync {
     /// scene units. Where there are none, two directions along the surface.
     fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2];
 
-    /// Number of primitives; at least 1.
+    /// Number of primitives; 0 for what cannot emit.
     fn primitive_count(&self) -> usize;
 
     /// Area of one primitive in square scene units; 0 if it is degenerate.

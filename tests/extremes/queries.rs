@@ -67,7 +67,7 @@ fn untraceable_rays_are_counted() {
     bad.push(Ray { t_max: f32::NAN, ..good });
     bad.extend([-1e-7, 1.000_000_1, f32::NAN].map(|time| Ray { time, ..good }));
     let [shape] = right_triangle(1.0);
-    let object = Object { name: String::new(), shape, bsdf: 0, emitter: None };
+    let object = Object::new("", shape, 0, None);
     let grey: Box<dyn Bsdf> = Box::new(Diffuse::new(Rgb::splat(0.5)));
     let scene = Scene::new(vec![object], vec![grey], Vec::new(), None).expect("valid");
     for engine in engines(&scene.shapes()) {
@@ -344,7 +344,7 @@ fn weights_are_clamped() {
     let [shape] = right_triangle(1.0);
     let ray = upwards(1.0, 1.0);
     for (u, v) in [(-1e-6, 0.5), (0.5, -1e-6), (1.000_001, 0.0), (0.6, 0.400_001), (-1.0, 2.0)] {
-        let hit = Hit { t: 1.0, u, v, shape: 0, primitive: 0 };
+        let hit = Hit { t: 1.0, u, v, shape: 0, primitive: 0, member: 0 };
         let p = shape.surface(&ray, &hit).position;
         let inside = p.x >= 0.0 && p.y >= 0.0 && p.x + p.y <= 1.0;
         assert!(inside, "({u}, {v}) is {p}");

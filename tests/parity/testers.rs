@@ -61,9 +61,14 @@ impl Intersector for Flawed {
             (Some(Flaw::Leaks), Some(hit)) => {
                 self.engine.closest_hit(&Ray { t_min: hit.t * 1.001, ..*ray })
             }
-            (Some(Flaw::Invents), None) => {
-                Some(Hit { t: ray.t_min.max(1.0), u: 0.25, v: 0.25, shape: 0, primitive: 0 })
-            }
+            (Some(Flaw::Invents), None) => Some(Hit {
+                t: ray.t_min.max(1.0),
+                u: 0.25,
+                v: 0.25,
+                shape: 0,
+                primitive: 0,
+                member: 0,
+            }),
             (Some(Flaw::Errs), Some(hit)) => Some(Hit { t: hit.t * 1.001, ..hit }),
             (Some(Flaw::Misplaces), Some(hit)) => Some(Hit { u: 1.0 - hit.u, v: 0.0, ..hit }),
             (Some(Flaw::Confuses), Some(hit)) => {
@@ -326,7 +331,7 @@ fn threads_change_nothing() {
 /// An answer that is never given to the tester, for completeness of its rules.
 #[test]
 fn answers_contradict_or_not() {
-    let hit = |primitive| Hit { t: 1.0, u: 0.0, v: 0.0, shape: 0, primitive };
+    let hit = |primitive| Hit { t: 1.0, u: 0.0, v: 0.0, shape: 0, primitive, member: 0 };
     let (one, other) = (Answer::Closest(Some(hit(1))), Answer::Closest(Some(hit(2))));
     let (none, yes, no) = (Answer::Closest(None), Answer::Occluded(true), Answer::Occluded(false));
     let all = [one, other, none, yes, no];

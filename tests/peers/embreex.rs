@@ -95,7 +95,7 @@ impl Intersector for Embreex {
             let [t, u, v] = [t, u, v].map(f32::from_bits);
             // As with our own Embree, a triangle whose test leaves the range of f32 is no hit.
             let found = ray.is_traceable() && shape != u32::MAX && t.is_finite();
-            *slot = found.then_some(Hit { t, u, v, shape, primitive });
+            *slot = found.then_some(Hit { t, u, v, shape, primitive, member: 0 });
         }
     }
 

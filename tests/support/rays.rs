@@ -8,15 +8,23 @@ use telamon::shape::{Geometry, Shape};
 pub(crate) fn trace(shape: &dyn Shape, ray: &Ray) -> Option<Hit> {
     match shape.geometry() {
         Geometry::Analytic(analytic) => {
-            analytic.intersect(ray).map(|(t, u, v)| Hit { t, u, v, shape: 0, primitive: 0 })
+            let hit = |(t, u, v)| Hit { t, u, v, shape: 0, primitive: 0, member: 0 };
+            analytic.intersect(ray).map(hit)
         }
+        Geometry::Instance(instance) => instance.nearest(ray, |local| {
+            let shapes = instance.group().shapes().iter().zip(0..);
+            let hits = shapes.filter_map(|(member, shape)| {
+                Some(Hit { shape, ..trace(member.as_ref(), local)? })
+            });
+            hits.min_by(|a, b| a.t.total_cmp(&b.t))
+        }),
         Geometry::Triangles { positions, triangles } => triangles
             .iter()
             .zip(0..)
             .filter_map(|(indices, primitive)| {
                 let corners = indices.map(|i| positions[i as usize].as_dvec3());
                 let (t, u, v) = triangle(corners, ray)?;
-                Some(Hit { t, u, v, shape: 0, primitive })
+                Some(Hit { t, u, v, shape: 0, primitive, member: 0 })
             })
             .min_by(|a, b| a.t.total_cmp(&b.t)),
     }

@@ -37,7 +37,7 @@ pub(crate) fn scene(shapes: Vec<Arc<dyn Shape>>, bsdf: Box<dyn Bsdf>, radiance: 
 
 /// A shape with the indices of its material and its emitter.
 pub(crate) fn object(shape: Arc<dyn Shape>, bsdf: usize, emitter: Option<usize>) -> Object {
-    Object { name: String::new(), shape, bsdf, emitter }
+    Object::new("", shape, bsdf, emitter)
 }
 
 /// The inside of the cube `[-1, 1]³`.

@@ -9,11 +9,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::accel::{RustModes, TriangleTest};
+use super::groups::{build_groups, distinct};
 use super::lanes::Simd;
 use super::triangle::{Corners, Plain, Watertight};
 use super::{BuildError, Intersector, for_each_ray};
 use crate::ray::{Hit, Ray};
-use crate::shape::{Analytic, Geometry, Shape};
+use crate::shape::{Geometry, Shape};
 
 mod build;
 mod node;
@@ -23,7 +24,7 @@ mod traverse;
 mod validate;
 
 use node::{Child, Node, Pack};
-use traverse::{Found, Walk};
+use traverse::{Found, Inner, Walk};
 pub use validate::Flaw;
 
 /// A tree of boxes, built by the surface area heuristic.
@@ -35,6 +36,8 @@ pub struct Bvh {
     shapes: Vec<Arc<dyn Shape>>,
     /// Primitives of all shapes are numbered through: where each shape begins, and the end.
     offsets: Vec<u32>,
+    /// By shape: the tree over the group of an instance. Empty if there is no instance.
+    groups: Vec<Option<Arc<Bvh>>>,
     modes: RustModes,
     simd: Simd,
 }
@@ -52,14 +55,27 @@ impl Bvh {
         let corners = |id| corners(shapes, &offsets, id);
         let pack = |leaf: &build::Leaf| Pack::new(&tree.order[leaf.range()], corners);
         let packs = tree.leaves.par_iter().map(pack).collect();
+        let groups = build_groups(shapes, |members| Self::new(modes, members))?;
         let simd = Simd::detect();
-        Ok(Self { nodes: tree.nodes, packs, shapes: shapes.to_vec(), offsets, modes, simd })
+        let shapes = shapes.to_vec();
+        Ok(Self { nodes: tree.nodes, packs, shapes, offsets, groups, modes, simd })
     }
 
-    fn analytic(&self, shape: usize) -> &dyn Analytic {
+    /// The nearest hit with a shape that has a test of its own.
+    fn intersect_shape(&self, shape: usize, ray: &Ray) -> Option<Found> {
+        let id = self.offsets[shape];
         match self.shapes[shape].geometry() {
-            Geometry::Analytic(analytic) => analytic,
-            Geometry::Triangles { .. } => unreachable!("built from an analytic shape"),
+            Geometry::Analytic(analytic) => {
+                let (t, u, v) = analytic.intersect(ray)?;
+                Some(Found { t, u, v, id, inner: Inner::NONE })
+            }
+            Geometry::Instance(instance) => {
+                let group = self.groups[shape].as_ref()?;
+                let hit = instance.nearest(ray, |local| group.closest_hit(local))?;
+                let Hit { t, u, v, primitive, member, .. } = hit;
+                Some(Found { t, u, v, id, inner: Inner { member, primitive } })
+            }
+            Geometry::Triangles { .. } => unreachable!("built from another shape"),
         }
     }
 
@@ -79,7 +95,7 @@ impl Bvh {
 fn offsets(shapes: &[Arc<dyn Shape>]) -> Result<Vec<u32>, BuildError> {
     let count = |shape: &Arc<dyn Shape>| match shape.geometry() {
         Geometry::Triangles { triangles, .. } => triangles.len(),
-        Geometry::Analytic(_) => 1,
+        Geometry::Analytic(_) | Geometry::Instance(_) => 1,
     };
     let mut offsets = vec![0];
     let mut total = 0usize;
@@ -106,15 +122,17 @@ fn corners(shapes: &[Arc<dyn Shape>], offsets: &[u32], id: u32) -> Corners {
         Geometry::Triangles { positions, triangles } => {
             triangles[primitive as usize].map(|i| Vec3::from(positions[i as usize]).to_array())
         }
-        Geometry::Analytic(_) => unreachable!("leaves of triangles hold triangles"),
+        _ => unreachable!("leaves of triangles hold triangles"),
     }
 }
 
 impl Intersector for Bvh {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let Found { t, u, v, id } = self.trace::<false>(ray)?;
+        let Found { t, u, v, id, inner } = self.trace::<false>(ray)?;
         let (shape, primitive) = locate(&self.offsets, id);
-        Some(Hit { t, u, v, shape: shape as u32, primitive })
+        // One of both is 0.
+        let primitive = primitive + inner.primitive;
+        Some(Hit { t, u, v, shape: shape as u32, primitive, member: inner.member })
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
@@ -133,6 +151,8 @@ impl Intersector for Bvh {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.packs.as_slice())
             + size_of_val(self.offsets.as_slice())
+            + size_of_val(self.groups.as_slice())
+            + distinct(&self.groups).map(|group| group.bytes()).sum::<usize>()
     }
 
     fn name(&self) -> String {

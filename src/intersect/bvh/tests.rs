@@ -233,13 +233,14 @@ fn brute_force(bvh: &Bvh, ray: &Ray) -> Option<Found> {
         let candidates = test.candidates(Portable, &pack.corners) & pack.occupied(Portable);
         for lane in (0..8).filter(|lane| candidates >> lane & 1 == 1) {
             if let Some(TriangleHit { t, u, v }) = test.hit(ray, &pack.corners(lane)) {
-                hits.push(Found { t, u, v, id: pack.id(lane) });
+                hits.push(Found { t, u, v, id: pack.id(lane), inner: Inner::NONE });
             }
         }
     }
     for (shape, &id) in bvh.shapes.iter().zip(&bvh.offsets) {
         if let Geometry::Analytic(analytic) = shape.geometry() {
-            hits.extend(analytic.intersect(ray).map(|(t, u, v)| Found { t, u, v, id }));
+            let found = |(t, u, v)| Found { t, u, v, id, inner: Inner::NONE };
+            hits.extend(analytic.intersect(ray).map(found));
         }
     }
     hits.into_iter().min_by(|a, b| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)))

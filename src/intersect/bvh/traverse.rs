@@ -8,7 +8,7 @@ use glam::Vec3A;
 use super::Bvh;
 use super::node::{Child, ChildKind, Slabs};
 use crate::intersect::lanes::{LANES, Lanes, Task};
-use crate::intersect::triangle::RayTriangle;
+use crate::intersect::triangle::{RayTriangle, TriangleHit};
 use crate::ray::Ray;
 
 /// Nodes on the way from the root to a leaf, at most.
@@ -24,6 +24,18 @@ pub(super) struct Found {
     pub(super) u: f32,
     pub(super) v: f32,
     pub(super) id: u32,
+    pub(super) inner: Inner,
+}
+
+/// What was hit of an instance: a shape of its group, and a primitive of that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Inner {
+    pub(super) member: u32,
+    pub(super) primitive: u32,
+}
+
+impl Inner {
+    pub(super) const NONE: Self = Self { member: 0, primitive: 0 };
 }
 
 /// The nearest hit of a ray or, if `ANY`, just some hit. Of hits at the same distance the one with the
@@ -130,7 +142,8 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                         let Some(hit) = test.hit(&ray, &pack.corners(lane)) else { continue };
                         let id = pack.id(lane);
                         if !found.is_some_and(|best| hit.t == best.t && id >= best.id) {
-                            found = Some(Found { t: hit.t, u: hit.u, v: hit.v, id });
+                            let TriangleHit { t, u, v } = hit;
+                            found = Some(Found { t, u, v, id, inner: Inner::NONE });
                             if ANY {
                                 return found;
                             }
@@ -140,15 +153,14 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                     }
                 }
                 ChildKind::Shape(shape) => {
-                    if let Some((t, u, v)) = bvh.analytic(shape).intersect(&ray) {
-                        let id = bvh.offsets[shape];
-                        if !found.is_some_and(|best| t == best.t && id >= best.id) {
-                            found = Some(Found { t, u, v, id });
+                    if let Some(hit) = bvh.intersect_shape(shape, &ray) {
+                        if !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id) {
+                            found = Some(hit);
                             if ANY {
                                 return found;
                             }
-                            ray.t_max = t;
-                            t_max = lanes.splat(t);
+                            ray.t_max = hit.t;
+                            t_max = lanes.splat(hit.t);
                         }
                     }
                 }

@@ -133,7 +133,7 @@ impl Bvh {
             ChildKind::Shape(index) => {
                 find("shape", index, self.shapes.len())?;
                 seen.primitives[self.offsets[index] as usize] += 1;
-                Ok(holds(bounds, &build::finite(&self.analytic(index).bounds())))
+                Ok(holds(bounds, &build::finite(&self.shapes[index].bounds())))
             }
         }
     }

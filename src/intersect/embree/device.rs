@@ -15,6 +15,12 @@ pub(super) struct Device {
     state: Box<DeviceState>,
 }
 
+// SAFETY: Embree lets a device be used and released from any thread. Nothing else is reachable through
+// `&Device`; the state that Embree's callbacks write is atomic or behind a mutex.
+unsafe impl Send for Device {}
+// SAFETY: as above.
+unsafe impl Sync for Device {}
+
 /// What Embree reports through callbacks, from any thread.
 #[derive(Debug, Default)]
 struct DeviceState {

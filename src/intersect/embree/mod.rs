@@ -13,6 +13,7 @@ use embree_sys::*;
 
 use super::BuildError;
 use super::accel::{BuildQuality, EmbreeModes};
+use super::groups::build_groups;
 use crate::shape::{Geometry, Shape};
 
 mod device;
@@ -26,7 +27,7 @@ use user_geometry::UserShape;
 #[derive(Debug)]
 pub struct Embree {
     scene: RTCScene,
-    device: Device,
+    device: Arc<Device>,
     modes: EmbreeModes,
     /// Read by Embree through the pointers that it was given.
     shapes: Vec<Arc<dyn Shape>>,
@@ -48,9 +49,18 @@ impl Embree {
     /// # Errors
     /// What Embree says of it, such as that memory has run out.
     pub fn new(modes: EmbreeModes, shapes: &[Arc<dyn Shape>]) -> Result<Self, BuildError> {
-        let device = Device::new()?;
+        Self::on_device(&Arc::new(Device::new()?), modes, shapes)
+    }
+
+    fn on_device(
+        device: &Arc<Device>,
+        modes: EmbreeModes,
+        shapes: &[Arc<dyn Shape>],
+    ) -> Result<Self, BuildError> {
+        let groups = build_groups(shapes, |members| Self::on_device(device, modes, members))?;
         // SAFETY: the device is live.
         let scene = unsafe { rtcNewScene(device.handle) };
+        let device = Arc::clone(device);
         let mut embree =
             Self { scene, device, modes, shapes: shapes.to_vec(), _user_shapes: Vec::new() };
         embree.device.check()?;
@@ -66,8 +76,9 @@ impl Embree {
                     let geometry = embree.triangles(positions, triangles);
                     embree.attach(geometry, id);
                 }
-                Geometry::Analytic(_) => {
-                    let user = UserShape::new(Arc::clone(shape));
+                Geometry::Analytic(_) | Geometry::Instance(_) => {
+                    let group = groups.get(id as usize).cloned().flatten();
+                    let user = UserShape::new(Arc::clone(shape), group);
                     let geometry = user.geometry(&embree.device);
                     embree._user_shapes.push(user);
                     embree.attach(geometry, id);

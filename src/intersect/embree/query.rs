@@ -26,7 +26,7 @@ impl Intersector for Embree {
         // below), and the ray passed the validation without which Embree's assertions would fail.
         unsafe { telamon_intersect1(self.scene, (&raw mut query).cast()) };
         let Query { ray: end, hit } = query;
-        self.found(ray, [hit.geomID, hit.primID], [end.t_max, hit.u, hit.v])
+        self.found(ray, [hit.geomID, hit.primID, hit.instID[0]], [end.t_max, hit.u, hit.v])
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
@@ -61,7 +61,8 @@ impl Intersector for Embree {
             let RTCRayHit8 { ray: end, hit } = query;
             for (lane, (ray, slot)) in rays.iter().zip(hits).enumerate() {
                 let numbers = [end.tfar[lane], hit.u[lane], hit.v[lane]];
-                *slot = self.found(ray, [hit.geomID[lane], hit.primID[lane]], numbers);
+                let ids = [hit.geomID[lane], hit.primID[lane], hit.instID[0][lane]];
+                *slot = self.found(ray, ids, numbers);
             }
         }
         let rest = rays.len() / LANES * LANES;
@@ -97,13 +98,20 @@ impl Intersector for Embree {
 }
 
 impl Embree {
-    /// What a query found.
-    fn found(&self, ray: &Ray, [shape, primitive]: [u32; 2], [t, u, v]: [f32; 3]) -> Option<Hit> {
+    /// What a query found. Embree's own instances are not used: their place in a hit holds the member of ours,
+    /// or nothing.
+    fn found(
+        &self,
+        ray: &Ray,
+        [shape, primitive, member]: [u32; 3],
+        [t, u, v]: [f32; 3],
+    ) -> Option<Hit> {
         // NaN is what the fast mode reports for triangles whose test leaves the range of f32.
         if shape == RTC_INVALID_GEOMETRY_ID || !t.is_finite() {
             return None;
         }
-        let mut hit = Hit { t, u, v, shape, primitive };
+        let member = if member == RTC_INVALID_GEOMETRY_ID { 0 } else { member };
+        let mut hit = Hit { t, u, v, shape, primitive, member };
         // One comparison for both; neither is below 0 by more than a rounding.
         if u + v == 0.0 {
             self.weigh(ray, &mut hit);

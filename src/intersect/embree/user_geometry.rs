@@ -1,4 +1,7 @@
 //! Shapes that are intersected by their own Rust code, as Embree's user geometries.
+//!
+//! Instances are among them: Embree's own would transform rays in f32, by a matrix that it inverts in f32,
+//! and so see other rays than the Rust engine does; far from the origin they lose the instance.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -6,26 +9,30 @@ use std::sync::Arc;
 
 use embree_sys::*;
 
+use super::Embree;
 use super::device::Device;
-use crate::ray::Ray;
-use crate::shape::{Analytic, Geometry, Shape};
+use crate::intersect::Intersector;
+use crate::ray::{Hit, Ray};
+use crate::shape::{Geometry, Shape};
 
-/// An analytic shape with the callbacks that answer for it. Boxed, because Embree keeps its address.
+/// A shape with the callbacks that answer for it. Boxed, because Embree keeps its address.
 #[derive(Debug)]
 pub(super) struct UserShape {
     callbacks: ShimUserGeometry,
     shape: Arc<dyn Shape>,
+    /// The scene of an instance's group.
+    group: Option<Arc<Embree>>,
 }
 
 impl UserShape {
-    pub(super) fn new(shape: Arc<dyn Shape>) -> Box<Self> {
+    pub(super) fn new(shape: Arc<dyn Shape>, group: Option<Arc<Embree>>) -> Box<Self> {
         let callbacks = ShimUserGeometry {
             user: ptr::null(),
             bounds: Some(bounds),
             intersect: Some(intersect),
             occluded: Some(occluded),
         };
-        let mut user = Box::new(Self { callbacks, shape });
+        let mut user = Box::new(Self { callbacks, shape, group });
         user.callbacks.user = (&raw const *user).cast();
         user
     }
@@ -43,17 +50,38 @@ impl UserShape {
     }
 }
 
+impl UserShape {
+    /// The nearest hit within the ray's segment, as a hit of the only shape.
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        match (self.shape.geometry(), &self.group) {
+            (Geometry::Analytic(analytic), _) => {
+                let (t, u, v) = analytic.intersect(ray)?;
+                Some(Hit { t, u, v, shape: 0, primitive: 0, member: 0 })
+            }
+            (Geometry::Instance(instance), Some(group)) => {
+                instance.nearest(ray, |local| group.closest_hit(local))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether anything lies within the ray's segment.
+    fn occluded(&self, ray: &Ray) -> bool {
+        match (self.shape.geometry(), &self.group) {
+            (Geometry::Analytic(analytic), _) => analytic.intersect(ray).is_some(),
+            (Geometry::Instance(instance), Some(group)) => group.occluded(&instance.local(ray).ray),
+            _ => false,
+        }
+    }
+}
+
 /// The shape behind a callback's user pointer.
 ///
 /// # Safety
 /// `user` points to a live [`UserShape`].
-unsafe fn analytic<'a>(user: *const c_void) -> &'a dyn Analytic {
+unsafe fn user_shape<'a>(user: *const c_void) -> &'a UserShape {
     // SAFETY: the caller's promise.
-    let user = unsafe { &*user.cast::<UserShape>() };
-    match user.shape.geometry() {
-        Geometry::Analytic(analytic) => analytic,
-        Geometry::Triangles { .. } => unreachable!("registered for analytic shapes only"),
-    }
+    unsafe { &*user.cast::<UserShape>() }
 }
 
 fn from_shim(ray: &ShimRay) -> Ray {
@@ -68,7 +96,7 @@ fn from_shim(ray: &ShimRay) -> Ray {
 
 unsafe extern "C" fn bounds(user: *const c_void, _: u32, _: u32, out: *mut RTCBounds) {
     // SAFETY: the pointer that was registered, whose box outlives the scene.
-    let bounds = unsafe { analytic(user) }.bounds();
+    let bounds = unsafe { user_shape(user) }.shape.bounds();
     let ([lower_x, lower_y, lower_z], [upper_x, upper_y, upper_z]) =
         (bounds.min.to_array(), bounds.max.to_array());
     let bounds =
@@ -86,11 +114,12 @@ unsafe extern "C" fn intersect(
     // SAFETY: the shim passes a ray of its own, valid during the call.
     let ray = from_shim(unsafe { &*ray });
     // SAFETY: as in `bounds`.
-    let Some((t, u, v)) = unsafe { analytic(user) }.intersect(&ray) else {
+    let Some(found) = unsafe { user_shape(user) }.closest_hit(&ray) else {
         return false;
     };
     // The normal is rebuilt by the shape; nobody reads this one.
-    let found = ShimHit { t, u, v, normal: [0.0, 0.0, 1.0] };
+    let Hit { t, u, v, primitive, member, .. } = found;
+    let found = ShimHit { t, u, v, normal: [0.0, 0.0, 1.0], primitive, instance: member };
     // SAFETY: the shim passes room for one hit.
     unsafe { hit.write(found) };
     true
@@ -100,5 +129,5 @@ unsafe extern "C" fn occluded(user: *const c_void, _: u32, ray: *const ShimRay) 
     // SAFETY: as in `intersect`.
     let ray = from_shim(unsafe { &*ray });
     // SAFETY: as in `bounds`.
-    unsafe { analytic(user) }.intersect(&ray).is_some()
+    unsafe { user_shape(user) }.occluded(&ray)
 }

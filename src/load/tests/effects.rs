@@ -58,6 +58,12 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
         "<transform name='to_world'><scale x='2' y='2' z='3'/></transform>",
     ),
     ("cylinder", "flip_normals", "", "<boolean name='flip_normals' value='true'/>"),
+    (
+        "instance",
+        "to_world",
+        "<shape type='shapegroup'><shape type='cube'/></shape>",
+        "<transform name='to_world'><translate x='1'/></transform>",
+    ),
     ("diffuse", "reflectance", "", "<rgb name='reflectance' value='0.1 0.2 0.3'/>"),
     ("conductor", "material", "", "<string name='material' value='Au'/>"),
     ("conductor", "eta", "", "<rgb name='eta' value='1 2 3'/>"),
@@ -318,6 +324,8 @@ fn every_plugin_loads_with_its_defaults() {
             "twosided" | "mask" => "<bsdf type='diffuse'/>",
             "normalmap" => NORMAL,
             "thinlens" => LENS,
+            "shapegroup" => "<shape type='cube'/>",
+            "instance" => "<shape type='shapegroup'><shape type='cube'/></shape>",
             "blendbsdf" => {
                 "<float name='weight' value='.5'/><bsdf type='diffuse'/><bsdf type='null'/>"
             }

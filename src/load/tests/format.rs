@@ -2,11 +2,14 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::super::{LoadOptions, load_scene, load_text};
 use super::{SENSOR, description, load};
 use crate::bsdf::Place;
+use crate::scene::Object;
 use crate::scene::settings::{Filter, IntegratorSettings, SamplerKind, SamplerSettings};
+use crate::shape::Geometry;
 
 #[test]
 fn references_share_materials_and_may_point_forwards() {
@@ -19,6 +22,28 @@ fn references_share_materials_and_may_point_forwards() {
     assert_eq!(objects[0].bsdf, objects[1].bsdf);
     assert_eq!(objects[2].bsdf, objects[3].bsdf);
     assert_eq!((d.scene.bsdfs().len(), objects[0].name.as_str()), (3, "ball"));
+}
+
+/// A group is built once, however often it is placed, and before or after that it is defined; its shapes
+/// keep their materials.
+#[test]
+fn instances_share_a_group_with_its_materials() {
+    let d = description(
+        "<shape type='instance'><ref id='pair'/></shape>\
+         <shape type='shapegroup' id='pair'>\
+           <shape type='cube'/><shape type='disk'><bsdf type='conductor'/></shape></shape>\
+         <shape type='disk'/>\
+         <shape type='instance' id='two'><ref id='pair'/></shape>",
+    );
+    let [one, disk, two] = d.scene.objects() else { panic!("{:?}", d.scene.objects()) };
+    let group = |object: &Object| match object.shape.geometry() {
+        Geometry::Instance(instance) => Arc::as_ptr(instance.group()),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(group(one), group(two));
+    assert_eq!((one.bsdfs(), two.name.as_str()), (two.bsdfs(), "two"));
+    assert_eq!([one.bsdf_of(0), disk.bsdf_of(0)], [disk.bsdf; 2]);
+    assert_eq!(d.scene.bsdfs()[one.bsdf_of(1)].kind(), "Conductor");
 }
 
 #[test]

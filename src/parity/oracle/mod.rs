@@ -51,7 +51,8 @@ pub fn bound(reach: f64) -> f64 {
     FACTOR * reach
 }
 
-/// Knows the truth about rays over the shapes that it was built from.
+/// Knows the truth about rays over the shapes that it was built from, of which none may be an instance: those
+/// have no primitives in the scene's space.
 #[derive(Debug)]
 pub struct Oracle {
     shapes: Vec<Arc<dyn Shape>>,
@@ -82,7 +83,7 @@ impl Oracle {
                     Geometry::Triangles { .. } => {
                         Aabb::around(corners(shape.as_ref(), primitive).map(Vec3::from))
                     }
-                    Geometry::Analytic(analytic) => analytic.bounds(),
+                    Geometry::Analytic(_) | Geometry::Instance(_) => shape.bounds(),
                 });
             }
         }
@@ -102,6 +103,6 @@ fn corners(shape: &dyn Shape, primitive: u32) -> [Vec3A; 3] {
         Geometry::Triangles { positions, triangles } => {
             triangles[primitive as usize].map(|i| positions[i as usize])
         }
-        Geometry::Analytic(_) => unreachable!("asked of meshes only"),
+        _ => unreachable!("asked of meshes only"),
     }
 }

@@ -38,7 +38,7 @@ fn beside(x: f32, steps: i32) -> f32 {
 }
 
 fn hit(t: f32, u: f32, v: f32, shape: u32, primitive: u32) -> Answer {
-    Answer::Closest(Some(Hit { t, u, v, shape, primitive }))
+    Answer::Closest(Some(Hit { t, u, v, shape, primitive, member: 0 }))
 }
 
 const MISS: Answer = Answer::Closest(None);

@@ -138,6 +138,7 @@ impl<'a> Truth<'a> {
                 confirmed.then(|| triangle.span(&line))
             }
             Geometry::Analytic(analytic) => analytic::span_around(&line, analytic, t),
+            Geometry::Instance(_) => None,
         }
     }
 }
@@ -166,6 +167,7 @@ fn crossings(oracle: &Oracle, line: &Line) -> Vec<Encounter> {
                     add(index, primitive, crossing.t, crossing.clearance, span);
                 }
             }
+            Geometry::Instance(_) => {}
         }
     });
     found
@@ -204,6 +206,7 @@ fn surroundings(oracle: &Oracle, line: &Line) -> Surroundings {
                     }
                 }
             }
+            Geometry::Instance(_) => {}
         }
     });
     barriers.extend(cover::barriers(line, &patches));

@@ -51,7 +51,7 @@ unsafe extern "C" fn intersect(
     normal[0] -= 4.0 * primitive as f32;
     let (u, v) = (0.25, 0.75);
     // SAFETY: the shim passes room for one hit.
-    unsafe { hit.write(ShimHit { t, u, v, normal }) };
+    unsafe { hit.write(ShimHit { t, u, v, normal, primitive, instance: RTC_INVALID_GEOMETRY_ID }) };
     true
 }
 

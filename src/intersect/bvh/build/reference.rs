@@ -96,8 +96,8 @@ pub(in super::super) fn references(shapes: &[Arc<dyn Shape>], offsets: &[u32]) -
                     triangles[primitive as usize].map(|i| Vec3::from(positions[i as usize]));
                 Reference::new(&outward(&Aabb::around(corners)), id, None)
             }
-            Geometry::Analytic(analytic) => {
-                Reference::new(&finite(&analytic.bounds()), id, Some(shape))
+            Geometry::Analytic(_) | Geometry::Instance(_) => {
+                Reference::new(&finite(&shapes[shape].bounds()), id, Some(shape))
             }
         }
     };

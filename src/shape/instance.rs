@@ -1,0 +1,246 @@
+//! Instances: shapes that are placed many times and stored once.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
+
+use super::{Geometry, Shape, ShapeSample, SurfacePoint, error_offset, rounding};
+use crate::math::Aabb;
+use crate::ray::{Hit, Ray};
+
+/// Shapes in a space of their own, which instances map into the scene.
+#[derive(Debug)]
+pub struct Group {
+    shapes: Vec<Arc<dyn Shape>>,
+    bounds: Aabb,
+}
+
+/// Why a group cannot be, or not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum InstanceError {
+    /// An instance inside a group.
+    #[error("an instance cannot be part of what is instanced")]
+    Nested,
+    /// A map that is singular, not finite, or so close to it that f32 does not hold what it makes of a ray.
+    #[error(
+        "the map is singular: it flattens what it places, or scales by less than 1e-18 or more than 1e18"
+    )]
+    Singular,
+    /// Coordinates that no engine can take.
+    #[error("an instance reaches farther than coordinates may")]
+    TooFar,
+}
+
+impl Group {
+    /// # Errors
+    /// An instance among the shapes.
+    pub fn new(shapes: Vec<Arc<dyn Shape>>) -> Result<Self, InstanceError> {
+        if shapes.iter().any(|shape| matches!(shape.geometry(), Geometry::Instance(_))) {
+            return Err(InstanceError::Nested);
+        }
+        let bounds = shapes.iter().fold(Aabb::EMPTY, |all, shape| all.union(shape.bounds()));
+        Ok(Self { shapes, bounds })
+    }
+
+    /// The shapes; a hit's `member` is an index into them.
+    #[must_use]
+    pub fn shapes(&self) -> &[Arc<dyn Shape>] {
+        &self.shapes
+    }
+}
+
+/// A group placed in the scene.
+///
+/// Engines build one tree over the group and answer for an instance with [`Instance::nearest`] and
+/// [`Instance::local`], so that all of them ask about the same ray in the group's space.
+#[derive(Debug)]
+pub struct Instance {
+    group: Arc<Group>,
+    to_world: DAffine3,
+    to_group: DAffine3,
+    /// Takes normals into the scene: the inverse transpose.
+    normal_to_world: DMat3,
+    bounds: Aabb,
+}
+
+/// A ray in the space of a group.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalRay {
+    /// With a unit direction.
+    pub ray: Ray,
+    /// Lengths along it over lengths along the ray in the scene.
+    pub stretch: f64,
+}
+
+impl Instance {
+    /// The group under the map `to_world`.
+    ///
+    /// # Errors
+    /// A map that is singular or nearly so, or coordinates that no engine can take.
+    pub fn new(group: Arc<Group>, to_world: DAffine3) -> Result<Self, InstanceError> {
+        let to_group = to_world.inverse();
+        let within = |map: &DAffine3| {
+            let largest =
+                map.matrix3.to_cols_array().into_iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            map.is_finite() && largest > LEAST_SCALE && largest < 1.0 / LEAST_SCALE
+        };
+        let flat = relative_volume(to_world.matrix3) < LEAST_VOLUME;
+        if flat || !within(&to_world) || !within(&to_group) {
+            return Err(InstanceError::Singular);
+        }
+        let bounds = mapped(&to_world, &group.bounds);
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        // NaN compares as false and is refused too. What is empty reaches nowhere.
+        if !group.bounds.is_empty() && !(reach < Ray::LARGEST_COORDINATE) {
+            return Err(InstanceError::TooFar);
+        }
+        let normal_to_world = to_group.matrix3.transpose();
+        Ok(Self { group, to_world, to_group, normal_to_world, bounds })
+    }
+
+    /// What is placed.
+    #[must_use]
+    pub fn group(&self) -> &Arc<Group> {
+        &self.group
+    }
+
+    /// `ray` in the group's space, formed in f64 and rounded once.
+    #[must_use]
+    pub fn local(&self, ray: &Ray) -> LocalRay {
+        let origin = self.to_group.transform_point3(ray.origin.as_dvec3());
+        let direction = self.to_group.transform_vector3(ray.direction.as_dvec3());
+        let stretch = direction.length();
+        let along = |t: f32| (f64::from(t) * stretch) as f32;
+        let local = Ray {
+            origin: origin.as_vec3a(),
+            direction: (direction / stretch).as_vec3a(),
+            // 0 stands for the surface that the ray leaves, as in `Ray::new`.
+            t_min: along(ray.t_min).max(f32::MIN_POSITIVE),
+            t_max: along(ray.t_max),
+            time: ray.time,
+        };
+        LocalRay { ray: local, stretch }
+    }
+
+    /// The nearest hit within the ray's segment, given `closest_hit` of an engine over the group.
+    pub fn nearest(&self, ray: &Ray, closest_hit: impl FnOnce(&Ray) -> Option<Hit>) -> Option<Hit> {
+        let local = self.local(ray);
+        let Hit { t, u, v, shape, primitive, .. } = closest_hit(&local.ray)?;
+        let t = (f64::from(t) / local.stretch) as f32;
+        // The way there and back may round a hit at the very end out of the segment.
+        let within = t >= ray.t_min && t <= ray.t_max && t < f32::INFINITY;
+        within.then_some(Hit { t, u, v, shape: 0, primitive, member: shape })
+    }
+
+    /// The member that was hit, and the ray and hit as it sees them.
+    fn member(&self, ray: &Ray, hit: &Hit) -> (&dyn Shape, Ray, Hit) {
+        let LocalRay { ray, stretch } = self.local(ray);
+        let t = (f64::from(hit.t) * stretch) as f32;
+        let hit = Hit { t, shape: hit.member, member: 0, ..*hit };
+        (self.group.shapes[hit.shape as usize].as_ref(), ray, hit)
+    }
+}
+
+/// Scales beyond this, or its inverse, take a ray out of f32.
+const LEAST_SCALE: f64 = 1e-18;
+
+/// The volume of the axes as unit vectors, below which the inverse has lost all digits that f32 needs.
+const LEAST_VOLUME: f64 = 1e-9;
+
+/// The volume that is spanned by the axes of a map, each made a unit vector. NaN where one has no length.
+fn relative_volume(map: DMat3) -> f64 {
+    let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis].map(|axis| axis / axis.length());
+    let volume = x.dot(y.cross(z)).abs();
+    if volume.is_nan() { 0.0 } else { volume }
+}
+
+/// The box around the image of a box, with a margin for the rounding of rays in the group's space.
+fn mapped(map: &DAffine3, bounds: &Aabb) -> Aabb {
+    if bounds.is_empty() {
+        return Aabb::EMPTY;
+    }
+    let corners = (0..8).map(|i| {
+        let pick =
+            |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+        map.transform_point3(DVec3::new(pick(0).into(), pick(1).into(), pick(2).into())).as_vec3()
+    });
+    let around = Aabb::around(corners);
+    let reach = around.min.abs().max(around.max.abs());
+    // Of the ray's start, which is rounded in proportion to the group's coordinates.
+    let local = bounds.min.abs().max(bounds.max.abs()).as_dvec3();
+    let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(DVec3::abs);
+    let margin =
+        (reach + (x * local.x + y * local.y + z * local.z).as_vec3()) * (8.0 * f32::EPSILON);
+    let margin = margin + Vec3::splat(f32::MIN_POSITIVE);
+    Aabb { min: around.min - margin, max: around.max + margin }
+}
+
+impl Shape for Instance {
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry::Instance(self)
+    }
+
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let (shape, local, hit) = self.member(ray, hit);
+        let point = shape.surface(&local, &hit);
+        let position = self.to_world.transform_point3(point.position.as_dvec3()).as_vec3a();
+        let across = self.normal_to_world * point.geometric_normal.as_dvec3();
+        let stretch = across.length();
+        let normal = |n: Vec3A| (self.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
+        let geometric_normal = (across / stretch).as_vec3a();
+        // The member's own offset, as long as the map makes it along the normal; that of the rounding of rays
+        // to the group's space, whose error is that of its coordinates there; and that of the scene's.
+        let own = f64::from(point.offset) / stretch;
+        let of_ray = error_offset(point.geometric_normal, rounding(point.position, Vec3A::ZERO));
+        let of_scene = error_offset(geometric_normal, rounding(position, Vec3A::ZERO));
+        let offset = (own + f64::from(of_ray) / stretch) as f32 + of_scene;
+        SurfacePoint {
+            position,
+            geometric_normal,
+            shading_normal: normal(point.shading_normal),
+            offset,
+        }
+    }
+
+    fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
+        let (shape, ray, hit) = self.member(ray, hit);
+        shape.uv(&ray, &hit)
+    }
+
+    fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
+        let (shape, ray, hit) = self.member(ray, hit);
+        shape
+            .tangents(&ray, &hit)
+            .map(|tangent| self.to_world.transform_vector3(tangent.as_dvec3()).as_vec3a())
+    }
+
+    /// None: an instance cannot emit.
+    fn primitive_count(&self) -> usize {
+        0
+    }
+
+    fn primitive_area(&self, _primitive: usize) -> f64 {
+        0.0
+    }
+
+    fn sample_primitive(&self, _primitive: usize, _from: Vec3A, _u: Vec2) -> Option<ShapeSample> {
+        None
+    }
+
+    fn primitive_pdf(&self, _primitive: usize, _from: Vec3A, _point: &SurfacePoint) -> f64 {
+        0.0
+    }
+
+    /// Without the group, which all its instances share.
+    fn bytes(&self) -> usize {
+        size_of::<Self>()
+    }
+
+    fn has_vertex_normals(&self) -> bool {
+        self.group.shapes.iter().any(|shape| shape.has_vertex_normals())
+    }
+}
