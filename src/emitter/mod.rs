@@ -99,11 +99,12 @@ impl EmitterSample {
     pub fn shadow_ray(&self, receiver: &SurfacePoint) -> Option<Ray> {
         let start = receiver.leave_towards(self.direction);
         let LightOrigin::Point { end, error } = self.origin else {
-            return Some(Ray::new(start, self.direction));
+            return Some(Ray { time: receiver.time, ..Ray::new(start, self.direction) });
         };
         let segment = end - start;
         let length = segment.length();
         let t_max = length - (receiver.offset + error);
-        (t_max > 0.0).then(|| Ray::new(start, segment / length).until(t_max))
+        let ray = || Ray { t_max, time: receiver.time, ..Ray::new(start, segment / length) };
+        (t_max > 0.0).then(ray)
     }
 }

@@ -118,7 +118,8 @@ impl<'a> Tracer<'a> {
             return None;
         };
         let object = &self.scene.objects()[hit.shape as usize];
-        let surface = object.shape.surface(ray, &hit);
+        let mut surface = object.shape.surface(ray, &hit);
+        surface.time = ray.time;
         let bsdf = self.scene.bsdfs()[object.bsdf_of(hit.member)].as_ref();
         Some(Vertex { object, hit, surface, bsdf })
     }

@@ -12,13 +12,13 @@ use super::plugins::{Build, Category};
 use super::problem::Issue;
 use super::properties::{Context, Object};
 use super::shape::BuiltShape;
-use super::{bsdf, emitter, film, integrator, precision, sampler, shape};
+use super::{bsdf, emitter, film, integrator, precision, sampler, sensor, shape};
 use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::Camera;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
 use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
-use crate::scene::{Description, Object as SceneObject, Scene};
+use crate::scene::{CameraMotion, Description, Object as SceneObject, Scene};
 use crate::shape::Group;
 use crate::shape::mesh::Dropped;
 
@@ -66,11 +66,19 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
     if !notes.issues.is_empty() {
         return None;
     }
-    let (camera, film, sampler) = view?;
+    let View { camera, camera_motion, film, sampler } = view?;
     let integrator = settings.unwrap_or_else(|| IntegratorSettings::Path(Default::default()));
     let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
         .expect("indices were handed out with the parts");
-    Some(Description { scene, camera, film, sampler, integrator, effort: Effort::default() })
+    Some(Description {
+        scene,
+        camera,
+        camera_motion,
+        film,
+        sampler,
+        integrator,
+        effort: Effort::default(),
+    })
 }
 
 /// Materials and lights, as they are found.
@@ -169,6 +177,11 @@ impl Parts {
                 let message = format!("shape `{name}` cannot stand inside a `shapegroup`");
                 return Some(Issue::new(member.place(), message));
             }
+            if member.motion("to_world").is_some() {
+                let message = "a shape inside a `shapegroup` cannot be animated";
+                let help = "animate the instance, or put the shape into the scene itself";
+                return Some(Issue::new(member.place_of("to_world"), message).with_help(help));
+            }
             let light = member.parts(Category::Emitter).next()?;
             let message = "a shape that emits cannot stand inside a `shapegroup`";
             let help = "lights cannot be instanced: place the shape in the scene itself";
@@ -213,6 +226,25 @@ impl Parts {
         }))
     }
 
+    /// A shape that moves: an instance of its own.
+    fn moving(
+        &mut self,
+        object: &Object<'_>,
+        built: BuiltShape,
+        warnings: &mut Vec<Issue>,
+    ) -> Result<SceneObject, Issue> {
+        if let Some(light) = object.parts(Category::Emitter).next() {
+            let message = "a shape that moves while the shutter is open cannot emit";
+            let help = "let the shape rest, or light the scene by another one";
+            return Err(Issue::new(light.place(), message).with_help(help));
+        }
+        let group = Group::new(vec![built.shape]).expect("not an instance");
+        let built = shape::instance(object, Arc::new(group))?;
+        warnings.extend(precision_warnings(object, &built));
+        let bsdf = self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?;
+        Ok(SceneObject::new(object.id(), built.shape, bsdf, None))
+    }
+
     fn scene_object(
         &mut self,
         object: &Object<'_>,
@@ -221,6 +253,9 @@ impl Parts {
     ) -> Result<SceneObject, Issue> {
         warnings.extend(dropped_warning(object, built.dropped));
         warnings.extend(precision_warnings(object, &built));
+        if object.motion("to_world").is_some() {
+            return self.moving(object, built, warnings);
+        }
         let emitter = match object.parts(Category::Emitter).next() {
             None => None,
             Some(light) => match emitter::build(&light)? {
@@ -289,7 +324,13 @@ fn dropped_warning(object: &Object<'_>, dropped: Dropped) -> Option<Issue> {
     (!dropped.is_none()).then(|| Issue::new(place, dropped.to_string()))
 }
 
-type View = (Camera, FilmSettings, SamplerSettings);
+/// What the first sensor says.
+struct View {
+    camera: Camera,
+    camera_motion: Option<CameraMotion>,
+    film: FilmSettings,
+    sampler: SamplerSettings,
+}
 
 /// The first sensor with its film and sampler.
 fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View> {
@@ -304,7 +345,7 @@ fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View>
     }
     let view =
         build_view(sensor, &mut notes.warnings).map_err(|issue| notes.issues.push(issue)).ok()?;
-    let (camera, film, _) = &view;
+    let View { camera, film, .. } = &view;
     if !camera.tells_pixels_apart(film.width, film.height) {
         let (place, message, help) = match camera {
             Camera::Perspective(_) => (
@@ -333,7 +374,9 @@ fn build_view(sensor: &Object<'_>, warnings: &mut Vec<Issue>) -> Result<View, Is
     match (sensor.plugin().build, film.plugin().build) {
         (Build::Sensor(build_camera), Build::Film(build_film)) => {
             let film_settings = build_film(&film)?;
-            Ok((build_camera(sensor, &film_settings)?, film_settings, sampler_settings))
+            let camera_motion = sensor::motion(sensor)?;
+            let camera = build_camera(sensor, &film_settings)?;
+            Ok(View { camera, camera_motion, film: film_settings, sampler: sampler_settings })
         }
         _ => unreachable!("parts are of the categories asked for"),
     }

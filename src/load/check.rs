@@ -213,7 +213,8 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
         (Kind::Boolean, Value::Boolean(_))
         | (Kind::Text | Kind::File, Value::Text(_))
         | (Kind::Point, Value::Point(_))
-        | (Kind::Transform, Value::Transform(_)) => None,
+        | (Kind::Transform, Value::Transform(_))
+        | (Kind::Motion, Value::Transform(_) | Value::Animation(_)) => None,
         (Kind::Integer(min, max), Value::Integer(v)) => {
             if (min..=max).contains(v) {
                 None

@@ -182,6 +182,8 @@ pub enum Kind {
     Point,
     /// `<transform>`
     Transform,
+    /// `<transform>` or `<animation>`
+    Motion,
     /// `<rgb>`, `<srgb>`, `<spectrum>`, or one number for all channels.
     Rgb(Bounds),
     /// The same, or `<texture>`.
@@ -273,6 +275,7 @@ impl fmt::Display for Kind {
             Self::File => f.write_str("file name"),
             Self::Point => f.write_str("point"),
             Self::Transform => f.write_str("transform"),
+            Self::Motion => f.write_str("transform or animation"),
             Self::Rgb(Bounds::Any) => f.write_str("colour"),
             Self::RgbTexture(bounds) => write!(f, "colour {bounds}, or texture"),
             Self::FloatTexture(bounds) => write!(f, "float {bounds}, or texture"),
@@ -418,7 +421,7 @@ mod tests {
                     | (Kind::Boolean, Default::Boolean(_))
                     | (Kind::Text | Kind::RefractiveIndex | Kind::Metal, Default::Text(_))
                     | (Kind::Point, Default::Origin)
-                    | (Kind::Transform, Default::Identity) => true,
+                    | (Kind::Transform | Kind::Motion, Default::Identity) => true,
                     (Kind::Integer(min, max), Default::Integer(v)) => (min..=max).contains(&v),
                     (Kind::Float(bounds) | Kind::FloatTexture(bounds), Default::Float(v))
                     | (Kind::Rgb(bounds) | Kind::RgbTexture(bounds), Default::Grey(v)) => {

@@ -13,7 +13,7 @@ use super::indices;
 use super::plugins::{self, Build, Category, Default, Kind, Plugin};
 use super::problem::Issue;
 use super::values::Value;
-use crate::math::Rgb;
+use crate::math::{Motion, Rgb};
 use crate::texture::{Image, Texture, Textured};
 
 /// An image, or what is wrong with its file.
@@ -45,6 +45,19 @@ impl<'a> Context<'a> {
     /// What constructors found that may not be as meant.
     pub(super) fn into_warnings(self) -> Vec<Issue> {
         self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// When the shutter of the first sensor opens and closes.
+    pub(super) fn shutter(&'a self) -> (f64, f64) {
+        let top = self.graph.nodes.first().map_or(&[][..], |root| &root.children);
+        let sensor = top
+            .iter()
+            .filter_map(|child| Object::new(self, child.node))
+            .find(|o| o.plugin().category() == Category::Sensor);
+        let has_shutter = |o: &Object<'a>| o.plugin().property("shutter_open").is_some();
+        sensor
+            .filter(has_shutter)
+            .map_or((0.0, 0.0), |s| (s.float("shutter_open"), s.float("shutter_close")))
     }
 
     /// All objects, wherever they stand.
@@ -213,12 +226,31 @@ impl<'a> Object<'a> {
         }
     }
 
+    /// A map; the identity in the place of one that changes while the shutter is open, which
+    /// [`Object::motion`] tells.
     pub(super) fn transform(&self, name: &str) -> DAffine3 {
         match (self.value(name), self.default(name)) {
             (Some(Value::Transform(v)), _) => *v,
+            (Some(Value::Animation(_)), _) => {
+                self.in_shutter(name).and_then(|m| m.still()).unwrap_or_default()
+            }
             (_, Default::Identity) => DAffine3::IDENTITY,
             _ => unreachable!("{IN_TABLE}"),
         }
+    }
+
+    /// A map that changes while the shutter is open; `None` if it does not.
+    pub(super) fn motion(&self, name: &str) -> Option<Motion> {
+        self.in_shutter(name).filter(|motion| motion.still().is_none())
+    }
+
+    /// An animation in units of the shutter.
+    fn in_shutter(&self, name: &str) -> Option<Motion> {
+        let Some(Value::Animation(motion)) = self.value(name) else {
+            return None;
+        };
+        let (open, close) = self.context.shutter();
+        Some(motion.within(open, close))
     }
 
     pub(super) fn rgb(&self, name: &str) -> Rgb {

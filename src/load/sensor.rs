@@ -10,6 +10,7 @@ use super::properties::Object;
 use crate::camera::{
     Camera, CameraError, Lens, Orthographic, OrthographicSettings, Perspective, PerspectiveSettings,
 };
+use crate::scene::CameraMotion;
 use crate::scene::settings::FilmSettings;
 
 /// Diagonal of the 36 x 24 mm film that focal lengths refer to.
@@ -20,7 +21,7 @@ const FOCAL_LENGTH: &str = "50mm";
 
 const TO_WORLD: PropertyInfo = property(
     "to_world",
-    Kind::Transform,
+    Kind::Motion,
     Default::Identity,
     "places the camera; lengths of the axes do not matter",
 );
@@ -60,6 +61,21 @@ const FAR_CLIP: PropertyInfo = property(
     "what is farther along the axis is not seen (Mitsuba: 10000)",
 );
 
+/// By the clock of the keys of animations.
+const SHUTTER_OPEN: PropertyInfo = property(
+    "shutter_open",
+    Kind::Float(Bounds::Any),
+    Default::Float(0.0),
+    "when the shutter opens, by the clock of animations",
+);
+
+const SHUTTER_CLOSE: PropertyInfo = property(
+    "shutter_close",
+    Kind::Float(Bounds::Any),
+    Default::Float(0.0),
+    "when the shutter closes",
+);
+
 const PARTS: &[Part] = &[Part::optional(Category::Film), Part::optional(Category::Sampler)];
 
 pub(super) static PERSPECTIVE: Plugin = Plugin {
@@ -84,6 +100,8 @@ pub(super) static PERSPECTIVE: Plugin = Plugin {
         ),
         NEAR_CLIP,
         FAR_CLIP,
+        SHUTTER_OPEN,
+        SHUTTER_CLOSE,
     ],
     parts: PARTS,
     build: Build::Sensor(pinhole),
@@ -111,6 +129,8 @@ pub(super) static THIN_LENS: Plugin = Plugin {
         ),
         NEAR_CLIP,
         FAR_CLIP,
+        SHUTTER_OPEN,
+        SHUTTER_CLOSE,
     ],
     parts: PARTS,
     build: Build::Sensor(thin_lens),
@@ -138,6 +158,8 @@ pub(super) static ORTHOGRAPHIC: Plugin = Plugin {
             Default::Absent("infinity"),
             "what is farther by `far_clip - near_clip` from there is not seen (Mitsuba: 10000)",
         ),
+        SHUTTER_OPEN,
+        SHUTTER_CLOSE,
     ],
     parts: PARTS,
     build: Build::Sensor(orthographic),
@@ -189,6 +211,20 @@ fn orthographic(object: &Object<'_>, film: &FilmSettings) -> Result<Camera, Issu
     let settings = OrthographicSettings { to_world, aspect: aspect(film), near_clip, far_clip };
     let camera = Orthographic::new(&settings).map_err(|error| refused(object, &error))?;
     Ok(Camera::Orthographic(camera))
+}
+
+/// How the camera moves while the shutter is open; `None` if it does not.
+///
+/// # Errors
+/// A shutter that closes before it opens, a map that is singular at some moment, a position too far away.
+pub(super) fn motion(object: &Object<'_>) -> Result<Option<CameraMotion>, Issue> {
+    let (open, close) = (object.float("shutter_open"), object.float("shutter_close"));
+    if close < open {
+        let message = format!("the shutter closes at {close}, before it opens at {open}");
+        return Err(Issue::new(object.place_of("shutter_close"), message));
+    }
+    let motion = object.motion("to_world").map(CameraMotion::new).transpose();
+    motion.map_err(|error| refused(object, &error))
 }
 
 /// Width over height.

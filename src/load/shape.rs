@@ -25,7 +25,7 @@ pub(super) struct BuiltShape {
 const PARTS: &[Part] = &[Part::optional(Category::Bsdf), Part::optional(Category::Emitter)];
 
 const TO_WORLD: PropertyInfo =
-    property("to_world", Kind::Transform, Default::Identity, "maps the shape into the scene");
+    property("to_world", Kind::Motion, Default::Identity, "maps the shape into the scene");
 
 const FLIP_NORMALS: PropertyInfo = property(
     "flip_normals",
@@ -97,7 +97,7 @@ pub(super) static SPHERE: Plugin = Plugin {
         property("radius", Kind::Float(Bounds::Positive), Default::Float(1.0), "before `to_world`"),
         property(
             "to_world",
-            Kind::Transform,
+            Kind::Motion,
             Default::Identity,
             "maps it into the scene; rotation, translation and a scale that is the same along all axes",
         ),
@@ -152,7 +152,7 @@ pub(super) static INSTANCE: Plugin = Plugin {
     help: "The shapes of a `shapegroup` in one more place; they are stored once.",
     properties: &[property(
         "to_world",
-        Kind::Transform,
+        Kind::Motion,
         Default::Identity,
         "maps the group into the scene",
     )],
@@ -165,8 +165,12 @@ pub(super) static INSTANCE: Plugin = Plugin {
 /// # Errors
 /// A map that flattens the group, or reaches too far.
 pub(super) fn instance(object: &Object<'_>, group: Arc<Group>) -> Result<BuiltShape, Issue> {
-    let shape = Instance::new(group, object.transform("to_world"))
-        .map_err(|error| Issue::new(object.place_of("to_world"), error.to_string()))?;
+    let shape = match object.motion("to_world") {
+        Some(motion) => Instance::moving(group, motion),
+        None => Instance::new(group, object.transform("to_world")),
+    };
+    let shape =
+        shape.map_err(|error| Issue::new(object.place_of("to_world"), error.to_string()))?;
     Ok(BuiltShape { shape: Arc::new(shape), dropped: Dropped::default() })
 }
 

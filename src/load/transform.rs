@@ -5,6 +5,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 use super::document::{Element, Place};
 use super::problem::{Issue, did_you_mean, quoted};
 use super::values::{numbers, parse_number};
+use crate::math::Motion;
 
 /// The map of a `<transform>`: its steps, the first one applied first.
 ///
@@ -19,6 +20,33 @@ pub(super) fn read(transform: &Element) -> Result<DAffine3, Issue> {
         }
     }
     Ok(map)
+}
+
+/// The motion of an `<animation>`: transforms with their times, which ascend.
+///
+/// # Errors
+/// The first thing that is wrong with it.
+pub(super) fn read_animation(animation: &Element) -> Result<Motion, Issue> {
+    let mut keys: Vec<(f64, DAffine3)> = Vec::new();
+    for key in &animation.children {
+        if key.tag != "transform" {
+            let message = format!("unexpected <{}> inside <animation>", key.tag);
+            return Err(Issue::new(key.place, message).with_help("expected `transform`"));
+        }
+        let mut issues = Vec::new();
+        check(key, &["time"], &[], &mut issues)?;
+        let time = parse_number(key.value("time"), key.place_of("time"))?;
+        if let Some((before, _)) = keys.last().filter(|(before, _)| *before >= time) {
+            let message =
+                format!("time {time} does not come after {before}, that of the key before");
+            return Err(Issue::new(key.place_of("time"), message));
+        }
+        keys.push((time, read(key)?));
+    }
+    Motion::new(keys).map_err(|_| {
+        let help = "put <transform time=\"…\"> into it, one for each key";
+        Issue::new(animation.place, "an animation needs a key").with_help(help)
+    })
 }
 
 fn read_step(step: &Element) -> Result<DAffine3, Issue> {

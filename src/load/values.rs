@@ -6,6 +6,7 @@ use super::document::{Element, Place};
 use super::problem::Issue;
 use super::spectrum::{self, Spectrum};
 use super::transform;
+use crate::math::Motion;
 
 /// The value of a property.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +27,8 @@ pub(super) enum Value {
     Spectrum(Spectrum),
     /// `<transform>`
     Transform(DAffine3),
+    /// `<animation>`, by the scene's clock.
+    Animation(Motion),
 }
 
 impl Value {
@@ -40,12 +43,13 @@ impl Value {
             Self::Rgb(_) => "a colour",
             Self::Spectrum(_) => "a spectrum",
             Self::Transform(_) => "a transform",
+            Self::Animation(_) => "an animation",
         }
     }
 }
 
 /// Elements that give a property.
-pub(super) const TAGS: [&str; 10] = [
+pub(super) const TAGS: [&str; 11] = [
     "boolean",
     "integer",
     "float",
@@ -56,6 +60,7 @@ pub(super) const TAGS: [&str; 10] = [
     "srgb",
     "spectrum",
     "transform",
+    "animation",
 ];
 
 /// The value that an element of [`TAGS`] gives; `None` if something is wrong with it, which is then noted.
@@ -70,7 +75,7 @@ pub(super) fn read(element: &Element, issues: &mut Vec<Issue>) -> Option<Value> 
 fn check_form(element: &Element, issues: &mut Vec<Issue>) -> bool {
     let before = issues.len();
     match element.tag.as_str() {
-        "transform" => {
+        "transform" | "animation" => {
             element.check_attributes(&["name"], &[], issues);
         }
         "point" | "vector" => {
@@ -111,6 +116,7 @@ fn parse(element: &Element) -> Result<Value, Issue> {
         "spectrum" if element.attribute("type").is_some() => spectrum::read_typed(element)?,
         "spectrum" => spectrum::parse(text, place)?,
         "transform" => Value::Transform(transform::read(element)?),
+        "animation" => Value::Animation(transform::read_animation(element)?),
         _ => Value::Text(text.to_owned()),
     })
 }

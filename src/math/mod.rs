@@ -4,12 +4,14 @@
 pub mod aabb;
 pub mod discrete;
 pub mod frame;
+pub mod motion;
 pub mod special;
 pub mod warp;
 
 pub use aabb::Aabb;
 pub use discrete::{Choice, Discrete};
 pub use frame::Frame;
+pub use motion::Motion;
 
 /// Linear sRGB: radiance in W·m⁻²·sr⁻¹ per channel, or a unitless reflectance.
 pub type Rgb = glam::Vec3A;

@@ -156,6 +156,8 @@ struct Renderer<'a> {
     /// Seed and numbers of each half of the samples.
     samplers: Vec<(u64, Box<dyn Sampler>)>,
     filter: FilterSampler,
+    /// Whether samples have a time.
+    moves: bool,
     content: Content,
     picture: Option<Box<dyn Integrator>>,
     aov: Option<Aov<'a>>,
@@ -184,6 +186,7 @@ impl<'a> Renderer<'a> {
             engine,
             samplers: seeds.into_iter().map(sampler).collect(),
             filter: FilterSampler::new(description.film.filter),
+            moves: description.moves(),
             content,
             picture,
             aov,
@@ -262,12 +265,24 @@ impl<'a> Renderer<'a> {
         let size = DVec2::new(film.width.into(), film.height.into());
         let film = (center + offset.as_dvec2()) / size;
         let camera = &self.description.camera;
-        let ray = if camera.has_lens() {
+        let mut ray = if camera.has_lens() {
             camera.ray_through_lens(film, sampler.next_2d())
         } else {
             camera.ray(film)
         };
+        if self.moves {
+            ray = self.at_some_time(&ray, &mut sampler);
+        }
         (ray, sampler)
+    }
+
+    /// The same ray at a moment within the shutter.
+    fn at_some_time(&self, ray: &Ray, sampler: &mut PathSampler<'_>) -> Ray {
+        let time = sampler.next_1d();
+        match &self.description.camera_motion {
+            Some(motion) => motion.carry(ray, time),
+            None => Ray { time, ..*ray },
+        }
     }
 
     /// Adds one sample; whether its value was finite.

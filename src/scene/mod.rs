@@ -1,17 +1,20 @@
 //! What is rendered, as validated, immutable data. Knows no file format.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::emitter::Emitter;
 use crate::math::Aabb;
-use crate::shape::Shape;
+use crate::shape::{Geometry, Shape};
 
+pub mod camera_motion;
 pub mod requirements;
 pub mod resize;
 pub mod settings;
 
+pub use camera_motion::CameraMotion;
 pub use requirements::Requirements;
 
 /// All that a render needs to know.
@@ -21,6 +24,8 @@ pub struct Description {
     pub scene: Scene,
     /// Where it is seen from.
     pub camera: Camera,
+    /// How the camera moves, if it does: `camera` is then at the origin.
+    pub camera_motion: Option<CameraMotion>,
     /// The picture's size, filter and format.
     pub film: settings::FilmSettings,
     /// Samples per pixel, seed and kind of the random numbers.
@@ -29,6 +34,14 @@ pub struct Description {
     pub integrator: settings::IntegratorSettings,
     /// What ends a render early.
     pub effort: settings::Effort,
+}
+
+impl Description {
+    /// Whether anything is elsewhere at another moment within the shutter: only then samples have a time.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.camera_motion.is_some() || self.scene.objects().iter().any(|o| o.shape.moves())
+    }
 }
 
 /// A shape with its material and, if it is a light, its emitter.
@@ -137,6 +150,19 @@ impl Scene {
         self.objects.iter().map(|o| Arc::clone(&o.shape)).collect()
     }
 
+    /// Bytes held by the shapes' buffers; those of a group are counted once, however often it is placed.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let mut groups = HashSet::new();
+        let bytes = |object: &Object| match object.shape.geometry() {
+            Geometry::Instance(i) if groups.insert(Arc::as_ptr(i.group())) => {
+                object.shape.bytes() + i.group().bytes()
+            }
+            _ => object.shape.bytes(),
+        };
+        self.objects.iter().map(bytes).sum()
+    }
+
     /// Materials.
     #[must_use]
     pub fn bsdfs(&self) -> &[Box<dyn Bsdf>] {
@@ -187,6 +213,7 @@ pub(crate) mod tests {
         Description {
             scene: Scene::default(),
             camera: Camera::Perspective(camera.expect("valid")),
+            camera_motion: None,
             film: FilmSettings {
                 width: 8,
                 height: 8,

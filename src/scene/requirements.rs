@@ -100,7 +100,7 @@ impl Requirements {
             skipped("the film has no alpha channel")
         };
         let decisions = [
-            (Feature::Time, skipped("nothing moves while the shutter is open")),
+            (Feature::Time, time(description)),
             (Feature::Lens, lens(&description.camera)),
             (Feature::Instances, instances(scene)),
             (Feature::Textures, textures(scene)),
@@ -145,6 +145,17 @@ fn lens(camera: &Camera) -> Reason {
                 "the aperture has a radius of {aperture_radius}, the focus is at {focus_distance}"
             )),
         },
+    }
+}
+
+fn time(description: &Description) -> Reason {
+    let objects = description.scene.objects();
+    let shapes = objects.iter().filter(|o| o.shape.moves()).count();
+    let shapes = format!("{shapes} of {} shapes", objects.len());
+    match (description.moves(), &description.camera_motion) {
+        (false, _) => Err("nothing moves while the shutter is open".to_owned()),
+        (true, None) => Ok(format!("while the shutter is open move {shapes}")),
+        (true, Some(_)) => Ok(format!("while the shutter is open move the camera and {shapes}")),
     }
 }
 

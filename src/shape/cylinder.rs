@@ -86,6 +86,7 @@ impl Cylinder {
             geometric_normal: normal,
             shading_normal: normal,
             offset: error_offset(normal, rounding(position, Vec3A::splat(self.radius as f32))),
+            time: 0.0,
         }
     }
 

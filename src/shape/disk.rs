@@ -57,6 +57,7 @@ impl Disk {
             geometric_normal: self.normal,
             shading_normal: self.normal,
             offset: error_offset(self.normal, rounding(position, m.x_axis.abs() + m.y_axis.abs())),
+            time: 0.0,
         }
     }
 }

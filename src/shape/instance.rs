@@ -1,11 +1,12 @@
 //! Instances: shapes that are placed many times and stored once.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
 
 use super::{Geometry, Shape, ShapeSample, SurfacePoint, error_offset, rounding};
-use crate::math::Aabb;
+use crate::math::{Aabb, Motion};
 use crate::ray::{Hit, Ray};
 
 /// Shapes in a space of their own, which instances map into the scene.
@@ -16,7 +17,7 @@ pub struct Group {
 }
 
 /// Why a group cannot be, or not there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InstanceError {
     /// An instance inside a group.
     #[error("an instance cannot be part of what is instanced")]
@@ -26,6 +27,13 @@ pub enum InstanceError {
         "the map is singular: it flattens what it places, or scales by less than 1e-18 or more than 1e18"
     )]
     Singular,
+    /// The same, between two keys of a motion: at this moment within the shutter.
+    #[error(
+        "the map is singular {:.0} % into the shutter: keys are too far apart, since its matrix is linear \
+         between them",
+        100.0 * .0
+    )]
+    SingularAt(f64),
     /// Coordinates that no engine can take.
     #[error("an instance reaches farther than coordinates may")]
     TooFar,
@@ -47,6 +55,12 @@ impl Group {
     pub fn shapes(&self) -> &[Arc<dyn Shape>] {
         &self.shapes
     }
+
+    /// Bytes held by the shapes' buffers.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.shapes.iter().map(|shape| shape.bytes()).sum()
+    }
 }
 
 /// A group placed in the scene.
@@ -56,11 +70,42 @@ impl Group {
 #[derive(Debug)]
 pub struct Instance {
     group: Arc<Group>,
+    placement: Placement,
+    /// Around all places.
+    bounds: Aabb,
+}
+
+/// Where a group is.
+#[derive(Debug)]
+enum Placement {
+    Still(Box<Maps>),
+    Moving(Motion),
+}
+
+/// A map and what follows from it.
+#[derive(Clone, Debug)]
+struct Maps {
     to_world: DAffine3,
     to_group: DAffine3,
     /// Takes normals into the scene: the inverse transpose.
     normal_to_world: DMat3,
-    bounds: Aabb,
+}
+
+impl Maps {
+    fn new(to_world: DAffine3) -> Self {
+        let to_group = to_world.inverse();
+        Self { to_world, to_group, normal_to_world: to_group.matrix3.transpose() }
+    }
+
+    /// Whether the maps are right in both directions, and f32 holds what they make of a ray.
+    fn are_regular(&self) -> bool {
+        let [out, back] = [self.to_world, self.to_group].map(|map| {
+            map.matrix3.to_cols_array().into_iter().fold(0.0, |most: f64, v| most.max(v.abs()))
+        });
+        let within = |scale: f64| scale > LEAST_SCALE && scale < 1.0 / LEAST_SCALE;
+        let finite = self.to_world.is_finite() && self.to_group.is_finite();
+        finite && within(out) && within(back) && out * back < MOST_STRETCH
+    }
 }
 
 /// A ray in the space of a group.
@@ -78,24 +123,49 @@ impl Instance {
     /// # Errors
     /// A map that is singular or nearly so, or coordinates that no engine can take.
     pub fn new(group: Arc<Group>, to_world: DAffine3) -> Result<Self, InstanceError> {
-        let to_group = to_world.inverse();
-        let within = |map: &DAffine3| {
-            let largest =
-                map.matrix3.to_cols_array().into_iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            map.is_finite() && largest > LEAST_SCALE && largest < 1.0 / LEAST_SCALE
-        };
-        let flat = relative_volume(to_world.matrix3) < LEAST_VOLUME;
-        if flat || !within(&to_world) || !within(&to_group) {
+        let maps = Maps::new(to_world);
+        if !maps.are_regular() {
             return Err(InstanceError::Singular);
         }
-        let bounds = mapped(&to_world, &group.bounds);
+        Self::placed(group, Placement::Still(Box::new(maps)), [to_world])
+    }
+
+    /// The group under maps that change over the shutter.
+    ///
+    /// # Errors
+    /// A map that is singular or nearly so at some moment, or coordinates that no engine can take.
+    pub fn moving(group: Arc<Group>, motion: Motion) -> Result<Self, InstanceError> {
+        let singular = |time: &f64| !Maps::new(motion.at(*time)).are_regular();
+        if let Some(time) = motion.moments().find(singular) {
+            return Err(InstanceError::SingularAt(time));
+        }
+        // Between two keys every point goes along a straight line, and stays in the box around both ends.
+        let maps: Vec<_> = motion.keys().iter().map(|(_, map)| *map).collect();
+        Self::placed(group, Placement::Moving(motion), maps)
+    }
+
+    /// `maps` are those whose images of the group hold it at all times between them.
+    fn placed(
+        group: Arc<Group>,
+        placement: Placement,
+        maps: impl IntoIterator<Item = DAffine3>,
+    ) -> Result<Self, InstanceError> {
+        let around = |all: Aabb, map| all.union(mapped(&map, &group.bounds));
+        let bounds = maps.into_iter().fold(Aabb::EMPTY, around);
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         // NaN compares as false and is refused too. What is empty reaches nowhere.
-        if !group.bounds.is_empty() && !(reach < Ray::LARGEST_COORDINATE) {
-            return Err(InstanceError::TooFar);
+        if group.bounds.is_empty() || reach < Ray::LARGEST_COORDINATE {
+            Ok(Self { group, placement, bounds })
+        } else {
+            Err(InstanceError::TooFar)
         }
-        let normal_to_world = to_group.matrix3.transpose();
-        Ok(Self { group, to_world, to_group, normal_to_world, bounds })
+    }
+
+    fn maps(&self, time: f32) -> Cow<'_, Maps> {
+        match &self.placement {
+            Placement::Still(maps) => Cow::Borrowed(maps),
+            Placement::Moving(motion) => Cow::Owned(Maps::new(motion.at(time.into()))),
+        }
     }
 
     /// What is placed.
@@ -107,8 +177,9 @@ impl Instance {
     /// `ray` in the group's space, formed in f64 and rounded once.
     #[must_use]
     pub fn local(&self, ray: &Ray) -> LocalRay {
-        let origin = self.to_group.transform_point3(ray.origin.as_dvec3());
-        let direction = self.to_group.transform_vector3(ray.direction.as_dvec3());
+        let maps = self.maps(ray.time);
+        let origin = maps.to_group.transform_point3(ray.origin.as_dvec3());
+        let direction = maps.to_group.transform_vector3(ray.direction.as_dvec3());
         let stretch = direction.length();
         let along = |t: f32| (f64::from(t) * stretch) as f32;
         let local = Ray {
@@ -144,15 +215,8 @@ impl Instance {
 /// Scales beyond this, or its inverse, take a ray out of f32.
 const LEAST_SCALE: f64 = 1e-18;
 
-/// The volume of the axes as unit vectors, below which the inverse has lost all digits that f32 needs.
-const LEAST_VOLUME: f64 = 1e-9;
-
-/// The volume that is spanned by the axes of a map, each made a unit vector. NaN where one has no length.
-fn relative_volume(map: DMat3) -> f64 {
-    let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis].map(|axis| axis / axis.length());
-    let volume = x.dot(y.cross(z)).abs();
-    if volume.is_nan() { 0.0 } else { volume }
-}
+/// The largest scale over the least, about: beyond, the inverse has lost digits that f32 needs.
+const MOST_STRETCH: f64 = 1e9;
 
 /// The box around the image of a box, with a margin for the rounding of rays in the group's space.
 fn mapped(map: &DAffine3, bounds: &Aabb) -> Aabb {
@@ -187,10 +251,11 @@ impl Shape for Instance {
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let (shape, local, hit) = self.member(ray, hit);
         let point = shape.surface(&local, &hit);
-        let position = self.to_world.transform_point3(point.position.as_dvec3()).as_vec3a();
-        let across = self.normal_to_world * point.geometric_normal.as_dvec3();
+        let maps = self.maps(ray.time);
+        let position = maps.to_world.transform_point3(point.position.as_dvec3()).as_vec3a();
+        let across = maps.normal_to_world * point.geometric_normal.as_dvec3();
         let stretch = across.length();
-        let normal = |n: Vec3A| (self.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
+        let normal = |n: Vec3A| (maps.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
         let geometric_normal = (across / stretch).as_vec3a();
         // The member's own offset, as long as the map makes it along the normal; that of the rounding of rays
         // to the group's space, whose error is that of its coordinates there; and that of the scene's.
@@ -203,6 +268,7 @@ impl Shape for Instance {
             geometric_normal,
             shading_normal: normal(point.shading_normal),
             offset,
+            time: ray.time,
         }
     }
 
@@ -212,10 +278,10 @@ impl Shape for Instance {
     }
 
     fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
+        let to_world = self.maps(ray.time).to_world;
         let (shape, ray, hit) = self.member(ray, hit);
-        shape
-            .tangents(&ray, &hit)
-            .map(|tangent| self.to_world.transform_vector3(tangent.as_dvec3()).as_vec3a())
+        let into_world = |v: Vec3A| to_world.transform_vector3(v.as_dvec3()).as_vec3a();
+        shape.tangents(&ray, &hit).map(into_world)
     }
 
     /// None: an instance cannot emit.
@@ -237,7 +303,15 @@ impl Shape for Instance {
 
     /// Without the group, which all its instances share.
     fn bytes(&self) -> usize {
-        size_of::<Self>()
+        let placement = match &self.placement {
+            Placement::Still(maps) => size_of_val(maps.as_ref()),
+            Placement::Moving(motion) => size_of_val(motion.keys()),
+        };
+        size_of::<Self>() + placement
+    }
+
+    fn moves(&self) -> bool {
+        matches!(self.placement, Placement::Moving(_))
     }
 
     fn has_vertex_normals(&self) -> bool {

@@ -182,6 +182,7 @@ impl TriangleMesh {
             geometric_normal,
             shading_normal,
             offset: error_offset(geometric_normal, error),
+            time: 0.0,
         }
     }
 }

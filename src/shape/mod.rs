@@ -100,6 +100,11 @@ pub trait Shape: Debug + Send + Sync {
         false
     }
 
+    /// Whether it is elsewhere at another moment within the shutter.
+    fn moves(&self) -> bool {
+        false
+    }
+
     /// Name of the shape's type, for reports.
     fn kind(&self) -> &'static str {
         type_word::<Self>()
@@ -118,6 +123,8 @@ pub struct SurfacePoint {
     /// A distance along the geometric normal that is farther from the true surface than the rounding
     /// error of `position` and of the engines' tests.
     pub offset: f32,
+    /// Moment within the shutter, `[0, 1]`, of the ray that met the surface; rays that leave it have the same.
+    pub time: f32,
 }
 
 impl SurfacePoint {
@@ -138,7 +145,7 @@ impl SurfacePoint {
     /// The ray that leaves the surface towards `direction` (unit, world).
     #[must_use]
     pub fn spawn(&self, direction: Vec3A) -> Ray {
-        Ray::new(self.leave_towards(direction), direction)
+        Ray { time: self.time, ..Ray::new(self.leave_towards(direction), direction) }
     }
 }
 

@@ -38,6 +38,7 @@ impl Sphere {
             geometric_normal: normal,
             shading_normal: normal,
             offset: error_offset(outward, rounding(position, Vec3A::splat(self.radius))),
+            time: 0.0,
         }
     }
 }

@@ -23,7 +23,7 @@ fn scene_with(category: Category, plugin: &str, inner: &str) -> String {
         (Category::Bsdf, _) | (Category::Emitter, "area") => {
             format!("<shape type=\"rectangle\">{object}</shape>{}", sensor(""))
         }
-        (Category::Sensor, _) => object,
+        (Category::Sensor, _) => format!("{object}{MOVING_CUBE}"),
         (Category::Film | Category::Sampler, _) => sensor(&object),
         (Category::Filter, _) => sensor(&format!("<film type=\"hdrfilm\">{object}</film>")),
         _ => format!("{object}{}", sensor("")),
@@ -31,6 +31,12 @@ fn scene_with(category: Category, plugin: &str, inner: &str) -> String {
     format!("<scene version=\"3.0.0\">{content}</scene>")
 }
 
+/// What a shutter makes a difference to.
+const MOVING_CUBE: &str = "<shape type='cube'><animation name='to_world'>\
+    <transform time='0'/><transform time='1'><translate x='1'/></transform></animation></shape>";
+const CLOSE: &str = "<float name='shutter_close' value='1'/>";
+const LENS_AND_CLOSE: &str =
+    "<float name='aperture_radius' value='1'/><float name='shutter_close' value='1'/>";
 const ALPHA_U_AND_V: &str =
     "<float name='alpha_u' value='0.3'/><float name='alpha_v' value='0.1'/>";
 const LENS: &str = "<float name='aperture_radius' value='1'/>";
@@ -217,6 +223,12 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
     ("orthographic", "to_world", "", "<transform name='to_world'><scale x='3'/></transform>"),
     ("orthographic", "near_clip", "", "<float name='near_clip' value='0.1'/>"),
     ("orthographic", "far_clip", "", "<float name='far_clip' value='100'/>"),
+    ("perspective", "shutter_open", CLOSE, "<float name='shutter_open' value='.5'/>"),
+    ("perspective", "shutter_close", "", CLOSE),
+    ("thinlens", "shutter_open", LENS_AND_CLOSE, "<float name='shutter_open' value='.5'/>"),
+    ("thinlens", "shutter_close", LENS, CLOSE),
+    ("orthographic", "shutter_open", CLOSE, "<float name='shutter_open' value='.5'/>"),
+    ("orthographic", "shutter_close", "", CLOSE),
     ("hdrfilm", "width", "", "<integer name='width' value='100'/>"),
     ("hdrfilm", "height", "", "<integer name='height' value='100'/>"),
     ("hdrfilm", "crop_offset_x", "", "<integer name='crop_offset_x' value='10'/>"),
