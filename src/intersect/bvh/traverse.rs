@@ -130,7 +130,9 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                             stack.push(entry(mask.trailing_zeros() as usize % LANES));
                             mask &= mask - 1;
                         }
-                        sort_descending(&mut stack[waiting..]);
+                        if !ANY {
+                            sort_descending(&mut stack[waiting..]);
+                        }
                     }
                 }
                 ChildKind::Triangles(index) => {
