@@ -57,7 +57,7 @@ impl Intersector for Embree {
             let mut query = RTCRayHit8 { ray, hit };
             // SAFETY: as in `closest_hit`; `Lanes` aligns the mask as the manual demands, and rays that
             // did not pass the validation are masked out.
-            unsafe { telamon_intersect8(valid.0.as_ptr(), self.scene, &raw mut query, false) };
+            unsafe { telamon_intersect8(valid.0.as_ptr(), self.scene, &raw mut query, true) };
             let RTCRayHit8 { ray: end, hit } = query;
             for (lane, (ray, slot)) in rays.iter().zip(hits).enumerate() {
                 let numbers = [end.tfar[lane], hit.u[lane], hit.v[lane]];
@@ -79,7 +79,7 @@ impl Intersector for Embree {
         for (rays, occluded) in packets {
             let (mut query, valid) = packet(rays);
             // SAFETY: as in `closest_hits`.
-            unsafe { telamon_occluded8(valid.0.as_ptr(), self.scene, &raw mut query, false) };
+            unsafe { telamon_occluded8(valid.0.as_ptr(), self.scene, &raw mut query, true) };
             for (t, slot) in query.tfar.iter().zip(occluded) {
                 *slot = *t == f32::NEG_INFINITY;
             }
