@@ -15,7 +15,8 @@ use telamon::load::{LoadOptions, load_text};
 use telamon::measure::bench::{Bench, MemoryProbe, Run, mean_error, render_reference};
 use telamon::measure::knobs::Setting;
 use telamon::measure::plan::{Candidate, Design, Variation, candidates, order};
-use telamon::measure::summary::{Findings, SLOPE_TOLERANCE, SlopeVerdict, UNBIASED_SLOPE};
+use telamon::measure::series::{SLOPE_TOLERANCE, SlopeVerdict, UNBIASED_SLOPE};
+use telamon::measure::summary::{Findings, Summary};
 
 /// A room with a lamp, so that light arrives in several ways.
 const ROOM: &str = r#"<scene version="3.0.0">
@@ -187,6 +188,55 @@ fn equal_settings_are_not_told_apart() {
     assert!(different(0, 1) && different(1, 2));
 }
 
+/// 60 experiments with pictures of 192 pixels at 8 seeds: a base, the same again, one that is biased and one with
+/// twice the samples. With false alarms in one of a hundred experiments at most, 4 or more of 60 have one with a
+/// probability of 0.0034, for each of both tests: below 0.01 for both together. What is biased or twice as
+/// efficient is named so in all.
+#[test]
+fn false_alarms_are_rare_and_true_ones_are_not() {
+    const EXPERIMENTS: u64 = 60;
+    let mut description = room();
+    description.resize(16, 12).expect("a size");
+    let base = Setting::of(&description, Backend::Rust.into(), 1).expect("a picture");
+    let candidate = |name: &str, knobs: &[(&str, &str)]| {
+        let mut setting = base.clone();
+        for (knob, value) in knobs {
+            assert_eq!(setting.turn(knob, value), Ok(true));
+        }
+        let (is_base, in_base_series) = (name == "base", name == "base");
+        let choices = vec![("case".to_owned(), name.to_owned())];
+        Candidate { choices, setting, is_base, in_base_series }
+    };
+    let all = [
+        candidate("base", &[]),
+        candidate("twin", &[]),
+        candidate("shallow", &[("max_depth", "2")]),
+        candidate("double", &[("spp", "4")]),
+    ];
+    let mut bench =
+        Bench::new(description, all.iter().map(|c| &c.setting), &NoProbe).expect("builds");
+    let never = AtomicBool::new(false);
+    let precise = Setting { samples_per_pixel: 4096, ..base };
+    let reference = render_reference(&mut bench, &precise, 1, &|_| (), &never).expect("rendered");
+    let (mut false_bias, mut false_difference) = (0, 0);
+    for experiment in 0..EXPERIMENTS {
+        let mut run = |(c, repeat): (usize, u32)| {
+            let subject = (&*all[c].label(), &all[c].setting);
+            let run = bench.run(subject, repeat, experiment, &reference, &never);
+            // As if twice the samples took no longer.
+            Run { seconds: 1.0, ..run.expect("not cancelled") }
+        };
+        let runs: Vec<Run> = order(all.len(), 8, experiment).into_iter().map(&mut run).collect();
+        let findings = Findings::of(&all, &runs, mean_error(&reference));
+        let [base, twin, shallow, double] = findings.settings.as_slice() else { panic!("four") };
+        let differs = |s: &Summary| s.compared.is_some_and(|c| c.differs);
+        assert!(shallow.bias.is_biased && differs(double), "{shallow:?} {double:?}");
+        false_bias += u64::from([base, twin, double].iter().any(|s| s.bias.is_biased));
+        false_difference += u64::from(differs(twin));
+    }
+    assert!(false_bias < 4 && false_difference < 4, "{false_bias} {false_difference}");
+}
+
 /// What is drawn from a description does not depend on what was drawn before, nor on the threads.
 #[test]
 fn a_run_can_be_made_again() {
@@ -255,6 +305,43 @@ fn an_experiment_is_shown_kept_and_continued() {
     fs::write(folder.path("out/measurements.json"), "{").expect("writable");
     let told = folder.fail(command, 1);
     assert!(told.starts_with("error: cannot read `out/measurements.json`: "), "{told}");
+}
+
+/// Scenes whose pictures have no noise, no light, or light that one strategy cannot find: what is shown are
+/// numbers, and what is said is so.
+#[test]
+fn scenes_without_noise_or_light_are_judged_soundly() {
+    let furnace = SCENE.replace(
+        r#"<bsdf type="diffuse"/>"#,
+        r#"<bsdf type="diffuse"><rgb name="reflectance" value="1"/></bsdf>"#,
+    );
+    let dark = SCENE.replace(r#"<emitter type="constant"/>"#, "");
+    let point = r#"<emitter type="point"><point name="position" x="2" y="3" z="4"/></emitter>"#;
+    let point = SCENE.replace(r#"<emitter type="constant"/>"#, point);
+    let exact = "Errors of less than half the reference's own noise, which are hardly known and count as that \
+                 half: \"strategy=bsdf, spp=1\"; ";
+    for (name, scene, expected) in [
+        ("dark", dark, "relMSE 0.01 is reached in "),
+        ("furnace", furnace, exact),
+        ("point", point, "\"strategy=bsdf, spp=1\" is biased: its mean is off by −100 % ± "),
+    ] {
+        let folder = Folder::with_scene(&scene);
+        let command = "measure scene.xml --backend rust --vary strategy=bsdf,mis_power --vary spp=1,2,4 \
+                       --repeats 4 --report out";
+        let run = folder.succeed(command);
+        assert!(run.stdout.contains(expected), "{name}: {}", run.stdout);
+        let page = fs::read_to_string(folder.path("out/report.html")).expect("written");
+        for text in [&run.stdout, &page] {
+            assert!(
+                !text.contains("NaN") && !text.contains("inf ") && !text.contains("(inf"),
+                "{name}: {text}"
+            );
+        }
+        let biased = run.stdout.matches(" is biased: ").count();
+        assert_eq!(biased, if name == "point" { 3 } else { 0 }, "{name}: {}", run.stdout);
+        // It can be continued.
+        folder.succeed(command);
+    }
 }
 
 #[test]

@@ -9,7 +9,6 @@ use clap::Args;
 use flate2::Crc;
 use telamon::film::exr::Metadata;
 use telamon::measure::bench::{Bench, Run, mean_error, render_reference};
-use telamon::measure::efficiency::Comparison;
 use telamon::measure::knobs::{KNOBS, KnobError, Setting};
 use telamon::measure::plan::{self, Candidate, Design, Variation};
 use telamon::measure::record::{Origin, Record, ReferenceOrigin};
@@ -19,6 +18,7 @@ use telamon::measure::{Image, crops, report};
 use telamon::scene::Description;
 use telamon::scene::settings::Crop;
 
+use super::definitions::METRICS;
 use super::machine::{self, ProcessMemory};
 use super::message::{Failure, say, warn};
 use super::progress::Runs;
@@ -26,12 +26,25 @@ use super::table::table;
 use super::values::{self, Size};
 use super::{Ending, Input, interrupt, print};
 
+const HELP: &str = "Ctrl-C stops and keeps what was measured; with --report the same command goes on from there.\n\n\
+                    Example: telamon measure scene.xml --vary strategy=bsdf,emitter,mis_power --vary spp=4,8,16,32 \
+                    --report trade";
+
 /// Measure what settings cost and what they give, on a scene of your own
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Ctrl-C stops and keeps what was measured; with --report the same command goes on from there.\n\n\
-                  Example: telamon measure scene.xml --vary strategy=bsdf,emitter,mis_power --vary spp=4,8,16,32 \
-                  --report trade"
+    after_help = HELP,
+    after_long_help = format!(
+        "{METRICS}\n\nOver the seeds of a setting: ± is the sample standard deviation, brackets are 95 % intervals \
+         (bootstrap) and for times the fastest and the slowest run. RMSE, relMSE and efficiency are without the \
+         reference's own noise; an error of less than half of that counts as the half, and ≥ stands before the \
+         efficiency. A setting is biased if Student's t-test of its mean differences rejects chance (0.01 for all \
+         settings together, after Sidak; the reference's error counts) and they are more than 1e-6 of the \
+         reference's mean, which rounding explains. Efficiency is 1/(MSE * seconds), or 1/(trimmed * seconds), over \
+         that of the base with as many samples; Welch's t-test of its logarithm tells settings apart (0.01 for \
+         all). The slope is that of log RMSE over log samples, -0.5 for an unbiased estimator with independent \
+         samples.\n\n{HELP}"
+    )
 )]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -391,7 +404,7 @@ fn message(label: &str, left: Option<f64>) -> String {
 
 /// The table of all settings.
 fn rows(findings: &Findings) -> String {
-    use report::{percent, rough, significant};
+    use report::{rough, significant};
     let names = [
         "setting",
         "spp",
@@ -412,13 +425,6 @@ fn rows(findings: &Findings) -> String {
             format!("{} ± {}", significant(s.mean), rough(s.deviation))
         };
         let biased = if s.bias.is_biased { " BIASED" } else { "" };
-        let compared = |comparison: Option<Comparison>| {
-            comparison.map_or("1".to_owned(), |c| {
-                let r = c.ratio;
-                let mark = if c.differs { "" } else { " ~" };
-                format!("{} ({}–{}){mark}", significant(r.value), rough(r.low), rough(r.high))
-            })
-        };
         rows.push(vec![
             s.setting.clone(),
             s.samples_per_pixel.to_string(),
@@ -433,16 +439,16 @@ fn rows(findings: &Findings) -> String {
             spread(s.rel_mse),
             significant(s.rel_mse_trimmed.mean),
             spread(s.flip),
-            format!("{}{biased}", percent(s.bias.relative)),
-            compared(s.compared),
-            compared(s.compared_trimmed),
+            format!("{}{biased}", report::bias(&s.bias)[0]),
+            report::compared(s, s.compared),
+            report::compared(s, s.compared_trimmed),
             s.peak_bytes.map_or(String::new(), |b| format!("{} MB", b / 1_000_000)),
         ]);
     }
     let numbers: Vec<usize> = (1..names.len()).collect();
     table(&rows, &numbers)
         + "\n  efficiency: 1/(MSE·s) over that of the base with as many samples, and its 95 % interval; ~ if not \
-           told apart.\n  trimmed: relMSE without the worst 0.1 % of pixels, and the efficiency by that\n"
+           told apart,\n  ≥ if the error is too small for the reference to tell.\n  trimmed: relMSE without the worst 0.1 % of pixels, and the efficiency by that\n"
 }
 
 /// The knobs with their values.

@@ -14,6 +14,7 @@ use telamon::load::{LoadOptions, Loaded, load_scene};
 
 mod compare;
 mod completions;
+mod definitions;
 mod effort;
 mod inspect;
 mod interrupt;

@@ -29,6 +29,10 @@ use crate::math::Rgb;
 
 /// Keeps SMAPE finite where both are black.
 const SMAPE_FLOOR: f64 = 0.01;
+/// What is left of an error after the reference's noise is subtracted has to be at least this part of that noise
+/// to be known: where ten pixels carry the noise, it is known to √((2 + 2/15)/10) = 46 % of itself, from the one
+/// error of each pixel and from its variance over 16 parts.
+pub const RESOLUTION: f64 = 0.5;
 /// One pixel of so many counts as an outlier.
 const PIXELS_PER_OUTLIER: usize = 1000;
 
@@ -154,6 +158,18 @@ impl Metrics {
     #[must_use]
     pub fn true_rel_mse(&self) -> f64 {
         self.rel_mse - self.reference_noise.map_or(0.0, |n| n.rel_mse)
+    }
+
+    /// The smallest [true MSE](Self::true_mse) that the reference tells; 0 where its noise is not known.
+    #[must_use]
+    pub fn least_mse(&self) -> f64 {
+        self.reference_noise.map_or(0.0, |n| RESOLUTION * n.mse)
+    }
+
+    /// relMSE likewise.
+    #[must_use]
+    pub fn least_rel_mse(&self) -> f64 {
+        self.reference_noise.map_or(0.0, |n| RESOLUTION * n.rel_mse)
     }
 
     /// Probability of a mean difference as large as this one, or larger, if there is no bias; two-sided.

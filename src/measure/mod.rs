@@ -9,6 +9,7 @@
 //! that is why every setting is rendered several times.
 
 pub mod bench;
+pub mod bias;
 pub mod crops;
 pub mod efficiency;
 pub mod false_color;
@@ -20,6 +21,7 @@ pub mod plan;
 pub mod reach;
 pub mod record;
 pub mod report;
+pub mod series;
 pub mod statistics;
 pub mod store;
 pub mod summary;

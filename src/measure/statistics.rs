@@ -125,31 +125,27 @@ pub struct Line {
     pub slope: f64,
     /// Its standard error.
     pub slope_error: f64,
-    /// y where x is 0.
-    pub intercept: f64,
+    /// Degrees of freedom of that error.
+    pub freedom: f64,
 }
 
-/// The line that fits points `(x, y, standard error of y)` best, each weighted with 1 over its squared
-/// error; `None` for fewer than two different x or an error that is not positive.
+/// The line through points `(x, y, standard error of y)` by least squares; errors have `freedom` degrees of
+/// freedom each. `None` for fewer than two different x, or without any error.
+///
+/// All points weigh alike: errors that are estimated from few numbers would give most weight to the points that
+/// are by chance too certain, and where a rare large number decides these are the points that lack it.
 #[must_use]
-pub fn fit_line(points: &[(f64, f64, f64)]) -> Option<Line> {
-    let mut sums = [0.0; 3];
-    for &(x, y, error) in points {
-        let weight = 1.0 / (error * error);
-        sums = [sums[0] + weight, sums[1] + weight * x, sums[2] + weight * y];
-    }
-    let [weight, x, y] = sums;
-    let (x_mean, y_mean) = (x / weight, y / weight);
-    let (mut xx, mut xy) = (0.0, 0.0);
-    for &(x, y, error) in points {
-        let weight = 1.0 / (error * error);
-        xx += weight * (x - x_mean) * (x - x_mean);
-        xy += weight * (x - x_mean) * (y - y_mean);
-    }
-    let slope = xy / xx;
-    let slope_error = xx.sqrt().recip();
-    let intercept = y_mean - slope * x_mean;
-    (slope.is_finite() && slope_error.is_finite()).then_some(Line { slope, slope_error, intercept })
+pub fn fit_line(points: &[(f64, f64, f64)], freedom: f64) -> Option<Line> {
+    let count = points.len() as f64;
+    let x_mean = points.iter().map(|p| p.0).sum::<f64>() / count;
+    let xx: f64 = points.iter().map(|p| (p.0 - x_mean).powi(2)).sum();
+    let slope = points.iter().map(|p| (p.0 - x_mean) / xx * p.1).sum();
+    let parts = || points.iter().map(|p| ((p.0 - x_mean) / xx * p.2).powi(2));
+    let variance: f64 = parts().sum();
+    // Satterthwaite 1946.
+    let freedom = freedom * variance * variance / parts().map(|v| v * v).sum::<f64>();
+    let line = Line { slope, slope_error: variance.sqrt(), freedom };
+    (slope.is_finite() && line.freedom.is_finite()).then_some(line)
 }
 
 #[cfg(test)]
@@ -185,15 +181,17 @@ mod tests {
         assert!(welch(&a, &Moments::of(&[1.0])).is_nan());
     }
 
-    /// A line is found exactly, and its error is that of the textbook: σ/√Σ(x − x̄)².
+    /// A line is found exactly, and its error is that of the textbook: σ/√Σ(x − x̄)². The middle of three points
+    /// does not matter, so the freedom is that of the other two.
     #[test]
     fn lines_are_fitted() {
         let points = [(0.0, 1.0, 0.1), (1.0, 0.5, 0.1), (2.0, 0.0, 0.1)];
-        let line = fit_line(&points).expect("three points");
-        assert!((line.slope + 0.5).abs() < 1e-12 && (line.intercept - 1.0).abs() < 1e-12);
+        let line = fit_line(&points, 7.0).expect("three points");
+        assert!((line.slope + 0.5).abs() < 1e-12);
         assert!((line.slope_error - 0.1 / 2.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(fit_line(&points[..1]), None);
-        assert_eq!(fit_line(&[(0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]), None);
+        assert!((line.freedom - 14.0).abs() < 1e-9);
+        assert_eq!(fit_line(&points[..1], 7.0), None);
+        assert_eq!(fit_line(&[(0.0, 1.0, 0.0), (1.0, 1.0, 0.0)], 7.0), None);
     }
 
     /// For the mean of 40 numbers the interval is close to the mean ± 1.96 standard errors: of 0 … 39

@@ -5,20 +5,17 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::bench::Run;
-use super::efficiency::{Comparison, MSE, TRIMMED, compare, efficiency, interval};
+use super::bias::Bias;
+use super::efficiency::{Comparison, MSE, REL_MSE, TRIMMED, compare, efficiency, interval};
 use super::metrics::Metrics;
 use super::plan::Candidate;
-use super::statistics::{Line, Moments, fit_line, median, p_value, significance_each, sorted};
+use super::series::{self, Series};
+use super::statistics::{Moments, median, sorted};
+use crate::scene::settings::SamplerKind;
 
 /// Probability that any setting without bias is called biased, that any setting which is as efficient as the
 /// base is called different, or that any series which converges as it should is said not to: of each 0.01.
 pub const SIGNIFICANCE: f64 = 0.01;
-
-/// Slope of RMSE over samples of an unbiased estimator with independent samples, on log axes.
-pub const UNBIASED_SLOPE: f64 = -0.5;
-
-/// A slope within this of [`UNBIASED_SLOPE`] is as good as it, however small its error.
-pub const SLOPE_TOLERANCE: f64 = 0.03;
 
 /// Mean over seeds, with the standard deviation between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,50 +76,18 @@ pub struct Summary {
     pub flip: Spread,
     /// Whether the mean is right.
     pub bias: Bias,
-    /// 1/(MSE·seconds), with a bootstrap interval over seeds.
+    /// Whether its MSE or relMSE is so small that the reference does not tell it ([`RESOLUTION`]).
+    ///
+    /// [`RESOLUTION`]: super::metrics::RESOLUTION
+    pub is_unresolved: bool,
+    /// 1/(MSE·seconds), with a bootstrap interval over seeds; a lower bound if the MSE is unresolved, and infinite
+    /// if all pictures are equal to the reference.
     pub efficiency: Interval,
     /// Its ratio to that of the base with as many samples, or of the base itself where that was not measured;
     /// none within the base's series.
     pub compared: Option<Comparison>,
     /// The same of 1/(trimmed relMSE·seconds), where no few pixels decide.
     pub compared_trimmed: Option<Comparison>,
-}
-
-/// Difference of the mean from the reference's.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Bias {
-    /// Mean difference over seeds, pixels and channels.
-    pub value: f64,
-    /// Its standard error, of which a part is the reference's own.
-    pub error: f64,
-    /// The same over the reference's mean.
-    pub relative: f64,
-    /// p-value if there is no bias (Student's t, Welch's degrees of freedom).
-    pub p_value: f64,
-    /// Whether that is below the corrected significance.
-    pub is_biased: bool,
-}
-
-/// Settings that differ in the number of samples only.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Series {
-    /// Its label.
-    pub label: String,
-    /// Slope of log RMSE over log samples, with its standard error; for at least three numbers of samples.
-    pub slope: Option<(f64, f64)>,
-    /// Whether the slope differs from −1/2 by more than chance and [`SLOPE_TOLERANCE`] explain.
-    pub verdict: Option<SlopeVerdict>,
-}
-
-/// What a slope says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SlopeVerdict {
-    /// −1/2, as for independent samples without bias.
-    AsExpected,
-    /// The error falls faster, as with samples that are spread evenly.
-    Steeper,
-    /// The error falls more slowly: bias, or samples that are alike.
-    Flatter,
 }
 
 /// What an experiment found.
@@ -166,7 +131,9 @@ impl Findings {
             }
         };
         let settings: Vec<Summary> = groups.iter().map(summary).collect();
-        let series = series(&settings);
+        let even: Vec<bool> =
+            groups.iter().map(|(c, _)| c.setting.sampler == SamplerKind::Sobol).collect();
+        let series = series::of(&settings, &even);
         let pareto = pareto(&settings);
         Self { settings, series, pareto }
     }
@@ -209,73 +176,11 @@ fn summarize(candidate: &Candidate, runs: &[&Run], reference_error: f64, tests: 
         rel_se_max: spread(runs, |m| m.rel_se_max),
         smape: spread(runs, |m| m.smape),
         flip: spread(runs, |m| m.flip),
-        bias: bias(runs, reference_error, tests),
+        bias: Bias::of(runs, reference_error, tests),
+        is_unresolved: [MSE, REL_MSE].into_iter().any(|error| error.is_unresolved(runs)),
         efficiency: interval(runs, &|chosen| efficiency(chosen, MSE)),
         compared: None,
         compared_trimmed: None,
-    }
-}
-
-/// Student's t-test of the mean difference over seeds, where the reference's error counts too.
-fn bias(runs: &[&Run], reference_error: f64, tests: usize) -> Bias {
-    let values: Vec<f64> = runs.iter().map(|r| r.metrics.bias).collect();
-    let moments = Moments::of(&values);
-    let (own, its) = (moments.standard_error().powi(2), reference_error.powi(2));
-    let error = (own + its).sqrt();
-    // Satterthwaite 1946; the reference's error comes from so many pixels that it counts as known.
-    let freedom = (own + its).powi(2) / (own * own) * (moments.count as f64 - 1.0);
-    let p_value = p_value(moments.mean, error, freedom);
-    let means: Vec<f64> = runs.iter().map(|r| r.metrics.reference_mean).collect();
-    Bias {
-        value: moments.mean,
-        error,
-        relative: moments.mean / Moments::of(&means).mean,
-        p_value,
-        is_biased: p_value < significance_each(SIGNIFICANCE, tests),
-    }
-}
-
-fn series(settings: &[Summary]) -> Vec<Series> {
-    let mut labels: Vec<&str> = Vec::new();
-    for s in settings {
-        if !labels.contains(&s.series.as_str()) {
-            labels.push(&s.series);
-        }
-    }
-    let lines: Vec<Option<Line>> = labels
-        .iter()
-        .map(|&label| {
-            let points: Vec<_> = settings
-                .iter()
-                .filter(|s| s.series == label && s.mse.mean > 0.0 && s.runs > 1)
-                .map(|s| {
-                    let relative = s.mse.deviation / s.mse.mean / (s.runs as f64).sqrt();
-                    let samples = f64::from(s.samples_per_pixel);
-                    // Half of the relative error of the MSE is that of its root, and that of the logarithm.
-                    (samples.ln(), s.rmse.ln(), 0.5 * relative)
-                })
-                .collect();
-            (points.len() > 2).then(|| fit_line(&points)).flatten()
-        })
-        .collect();
-    let tests = lines.iter().flatten().count();
-    let each = |(&label, line): (&&str, &Option<Line>)| Series {
-        label: label.to_owned(),
-        slope: line.map(|l| (l.slope, l.slope_error)),
-        verdict: line.map(|l| slope_verdict(&l, tests)),
-    };
-    labels.iter().zip(&lines).map(each).collect()
-}
-
-fn slope_verdict(line: &Line, tests: usize) -> SlopeVerdict {
-    let beyond = line.slope - UNBIASED_SLOPE;
-    let p_value = p_value(beyond, line.slope_error, f64::INFINITY);
-    if beyond.abs() <= SLOPE_TOLERANCE || p_value >= significance_each(SIGNIFICANCE, tests) {
-        SlopeVerdict::AsExpected
-    } else if beyond > 0.0 {
-        SlopeVerdict::Flatter
-    } else {
-        SlopeVerdict::Steeper
     }
 }
 
@@ -292,13 +197,13 @@ fn pareto(settings: &[Summary]) -> Vec<String> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::intersect::Backend;
-    use crate::measure::efficiency::log_cost;
+    use crate::measure::efficiency::p_value;
     use crate::measure::knobs::Setting;
-    use crate::measure::plan::BASE;
-    use crate::measure::statistics::welch;
+    use crate::measure::series::SlopeVerdict;
+    use crate::measure::statistics::significance_each;
     use crate::sampler::{Independent, Sampler};
     use crate::scene::tests::description;
 
@@ -312,7 +217,14 @@ mod tests {
         }
     }
 
-    fn run(setting: &str, repeat: u32, seconds: f64, mse: f64, bias: f64) -> Run {
+    /// A run of 100 pixels whose errors are all `mse`.
+    pub(in crate::measure) fn run(
+        setting: &str,
+        repeat: u32,
+        seconds: f64,
+        mse: f64,
+        bias: f64,
+    ) -> Run {
         Run {
             setting: setting.to_owned(),
             repeat,
@@ -369,10 +281,9 @@ mod tests {
                 .iter()
                 .map(|c| runs.iter().filter(|r| r.setting == c.label()).collect())
                 .collect();
-            let any_bias = groups.iter().any(|runs| bias(runs, 0.0, 3).is_biased);
+            let any_bias = groups.iter().any(|runs| Bias::of(runs, 0.0, 3).is_biased);
             let differs = |runs: &Vec<&Run>| {
-                welch(&log_cost(runs, MSE), &log_cost(&groups[0], MSE))
-                    < significance_each(SIGNIFICANCE, 2)
+                p_value(runs, &groups[0], MSE) < significance_each(SIGNIFICANCE, 2)
             };
             biased += u32::from(any_bias);
             told_apart += u32::from(groups[1..].iter().any(differs));
@@ -380,21 +291,6 @@ mod tests {
         assert!(biased <= 37 && told_apart <= 37, "{biased} {told_apart}");
         // Tests that never reject would be of no use.
         assert!(biased >= 3 && told_apart >= 3, "{biased} {told_apart}");
-    }
-
-    /// The reference's error counts: a mean off by 3 standard errors of its own is no bias if the reference
-    /// may be off by as much.
-    #[test]
-    fn bias_is_judged_against_both_errors() {
-        let runs: Vec<Run> = (0..8)
-            .map(|k| run(BASE, k, 1.0, 1.0, 0.3 + if k % 2 == 0 { 0.1 } else { -0.1 }))
-            .collect();
-        let runs: Vec<&Run> = runs.iter().collect();
-        let exact = bias(&runs, 0.0, 1);
-        // Deviations of ±0.1: s² = 8·0.01/7, of the mean 0.01/7.
-        assert!((exact.value - 0.3).abs() < 1e-12 && (exact.relative - 0.15).abs() < 1e-12);
-        assert!((exact.error - (0.01_f64 / 7.0).sqrt()).abs() < 1e-12 && exact.is_biased);
-        assert!(!bias(&runs, 0.3, 1).is_biased);
     }
 
     /// Two series over 1, 2, 4, 8 and 16 samples with MSE 1/n and 1/n + 0.2, the latter slower by half.
@@ -441,5 +337,48 @@ mod tests {
         assert!(best.compared.expect("not the base").differs);
         // Both errors are alike here.
         assert_eq!(best.compared_trimmed, best.compared);
+    }
+    /// Pictures that are all equal to the reference, which is black: there is neither bias nor anything to wait
+    /// for, and nothing that is shown is not a number.
+    #[test]
+    fn a_scene_without_noise_is_reached_at_once() {
+        let candidates = [candidate(&[], 4), candidate(&[("a", "1")], 4)];
+        let mut runs = Vec::new();
+        for (c, seconds) in candidates.iter().zip([4.0, 2.0]) {
+            for k in 0..4 {
+                let mut run = run(&c.label(), k, seconds, 0.0, 0.0);
+                run.metrics.reference_mean = 0.0;
+                runs.push(run);
+            }
+        }
+        let findings = Findings::of(&candidates, &runs, 0.0);
+        assert!(findings.settings.iter().all(|s| !s.bias.is_biased && !s.is_unresolved));
+        let reach = findings.reach(&findings.series[1], &runs, 0.01).expect("not biased");
+        assert_eq!((reach.samples_per_pixel, reach.seconds.value), (1.0, 0.5));
+        let sentences = crate::measure::report::verdict(&findings, &runs, 0.01);
+        let expected = "relMSE 0.01 is reached in 500 ms (500 ms to 500 ms) with \"a=1\" (1 sample per pixel); the \
+                        base needs 1 s (1 s to 1 s).";
+        assert_eq!(sentences[0], expected);
+        assert_eq!(sentences.len(), 2, "{sentences:?}");
+        assert_eq!(crate::measure::report::bias(&findings.settings[0].bias), ["+0 %", "0 %"]);
+    }
+
+    /// What no number of samples that can be asked for reaches is not said to be reached.
+    #[test]
+    fn what_does_not_converge_is_not_reached() {
+        let candidates: Vec<_> =
+            [1, 4, 16].map(|spp| candidate(&[("spp", &spp.to_string())], spp)).into();
+        let runs: Vec<Run> = candidates
+            .iter()
+            .flat_map(|c| (0..8).map(|k| run(&c.label(), k, 1.0, 1.0 + 0.001 * f64::from(k), 0.0)))
+            .collect();
+        let findings = Findings::of(&candidates, &runs, 0.0);
+        assert_eq!(findings.series[0].verdict, Some(SlopeVerdict::Flatter));
+        assert_eq!(findings.reach(&findings.series[0], &runs, 0.01), None);
+        let sentences = crate::measure::report::verdict(&findings, &runs, 0.01);
+        assert_eq!(
+            sentences[0],
+            "relMSE 0.01 is not reached: no possible number of samples is enough."
+        );
     }
 }

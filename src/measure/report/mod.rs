@@ -10,6 +10,7 @@ use std::fmt::Write;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::bias::Bias;
 use super::crops::{Shot, Shots};
 use super::efficiency::Comparison;
 use super::record::{Record, ReferenceOrigin};
@@ -153,15 +154,16 @@ fn table(findings: &Findings) -> String {
         let compared = |comparison: Option<Comparison>| {
             comparison.map_or("1".to_owned(), |c| {
                 let mark = if c.differs { "" } else { " <small>not told apart</small>" };
-                format!("{}{mark}", ends(&c.ratio))
+                format!("{}{}{mark}", at_least(s), ends(&c.ratio))
             })
         };
+        let [bias, bias_error] = bias(&s.bias);
         let (by_mse, by_trimmed) = (compared(s.compared), compared(s.compared_trimmed));
         add(
             &mut html,
             format_args!(
                 "<tr><td>{}<td>{}<td>{}<td>{}<td>{:.2}<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}\
-                 <td{bias_class}>{} <small>± {}</small><td>{}<td>{by_mse}<td>{by_trimmed}<td>{}</tr>\n",
+                 <td{bias_class}>{bias} <small>± {bias_error}</small><td>{}{}<td>{by_mse}<td>{by_trimmed}<td>{}</tr>\n",
                 escape(&s.setting),
                 s.samples_per_pixel,
                 s.runs,
@@ -174,9 +176,7 @@ fn table(findings: &Findings) -> String {
                 with_spread(s.rel_se_max),
                 with_spread(s.smape),
                 with_spread(s.flip),
-                percent(s.bias.relative),
-                percent(s.bias.error * (s.bias.relative / s.bias.value).abs())
-                    .trim_start_matches('+'),
+                at_least(s),
                 ends(&s.efficiency),
                 s.peak_bytes.map_or("not known".to_owned(), |b| format!("{} MB", b / 1_000_000)),
             ),
@@ -185,7 +185,8 @@ fn table(findings: &Findings) -> String {
     html += "</table></div>\n<p><small>± standard deviation between seeds (of the bias: standard error); in \
              brackets 95 % intervals, of the seconds the fastest and slowest run. Trimmed: relMSE without the \
              worst 0.1 % of pixels; 99.9 % and largest: relative squared error of single pixels. RMSE and relMSE \
-             are without the reference's own noise.</small></p>\n";
+             are without the reference's own noise; ≥ where they are less than half of it, and so not known.\
+             </small></p>\n";
     html
 }
 
@@ -278,8 +279,41 @@ fn with_spread(s: Spread) -> String {
 }
 
 fn ends(i: &Interval) -> String {
+    if i.value.is_infinite() {
+        return EXACT.to_owned();
+    }
     let (value, low, high) = (significant(i.value), rough(i.low), rough(i.high));
     format!("{value} <small>({low}–{high})</small>")
+}
+
+/// In the place of an efficiency that is infinite since there is no error.
+const EXACT: &str = "exact";
+
+/// Before an efficiency that is a lower bound.
+fn at_least(s: &Summary) -> &'static str {
+    if s.is_unresolved { "≥ " } else { "" }
+}
+
+/// A setting's efficiency over that of the base: `2.13 (1.9–2.3)`, with ≥ before it if the setting's error is
+/// lost in the reference's noise, and ~ after it if the two are not told apart.
+#[must_use]
+pub fn compared(s: &Summary, comparison: Option<Comparison>) -> String {
+    let Some(Comparison { ratio, differs, .. }) = comparison else { return "1".to_owned() };
+    if ratio.value.is_infinite() {
+        return EXACT.to_owned();
+    }
+    let mark = if differs { "" } else { " ~" };
+    let (value, low, high) = (significant(ratio.value), rough(ratio.low), rough(ratio.high));
+    format!("{}{value} ({low}–{high}){mark}", at_least(s))
+}
+
+/// A bias and its standard error, over the reference's mean; as they are if that is black.
+#[must_use]
+pub fn bias(bias: &Bias) -> [String; 2] {
+    if bias.relative.is_infinite() {
+        return [significant(bias.value), rough(bias.error)];
+    }
+    [percent(bias.relative), format!("{} %", rough(100.0 * bias.relative_error.abs()))]
 }
 
 fn add(text: &mut String, arguments: std::fmt::Arguments<'_>) {
@@ -306,7 +340,10 @@ pub fn rough(value: f64) -> String {
 fn digits(value: f64, count: i32) -> String {
     let fraction = usize::try_from(count - 1).unwrap_or(0);
     let magnitude = value.abs();
-    if value == 0.0 || !value.is_finite() {
+    if value.is_infinite() {
+        return if value > 0.0 { "∞" } else { "−∞" }.to_owned();
+    }
+    if value == 0.0 || value.is_nan() {
         return value.to_string();
     }
     if !(1e-3..9.995e5).contains(&magnitude) {

@@ -2,28 +2,18 @@
 
 use super::super::bench::Run;
 use super::super::reach::Reach;
+use super::super::series::{Series, SlopeVerdict};
 use super::super::statistics::significance_each;
-use super::super::summary::{Findings, Interval, SIGNIFICANCE, SlopeVerdict, Summary};
-use super::{percent, seconds, significant};
+use super::super::summary::{Findings, Interval, SIGNIFICANCE, Summary};
+use super::{seconds, significant};
 
 /// The sentences, the most useful first.
 #[must_use]
 pub fn verdict(findings: &Findings, runs: &[Run], target: f64) -> Vec<String> {
     let mut sentences = vec![reached(findings, runs, target)];
     sentences.extend(findings.settings.iter().filter(|s| s.bias.is_biased).map(biased));
-    sentences.extend(findings.series.iter().filter_map(|series| {
-        let ((slope, error), verdict) = (series.slope?, series.verdict?);
-        let what = match verdict {
-            SlopeVerdict::AsExpected => "as an unbiased estimator does",
-            SlopeVerdict::Steeper => "faster than independent samples do",
-            SlopeVerdict::Flatter => "more slowly than an unbiased estimator does",
-        };
-        Some(format!(
-            "\"{}\": the error falls as samples to the power {} ± {error:.2}, {what}.",
-            series.label,
-            format!("{slope:.2}").replace('-', "−")
-        ))
-    }));
+    sentences.extend(findings.series.iter().filter_map(slope));
+    sentences.extend(unresolved(findings));
     let alike = alike(findings);
     if !alike.is_empty() {
         sentences
@@ -35,6 +25,40 @@ pub fn verdict(findings: &Findings, runs: &[Run], target: f64) -> Vec<String> {
     }
     sentences.push(method(findings));
     sentences
+}
+
+/// How fast a series converges.
+fn slope(series: &Series) -> Option<String> {
+    let ((slope, error), verdict) = (series.slope?, series.verdict?);
+    let what = match verdict {
+        SlopeVerdict::AsExpected => "as an unbiased estimator does",
+        SlopeVerdict::NotToldApart => {
+            "which is not told apart from the −0.5 of an unbiased estimator"
+        }
+        SlopeVerdict::Steeper if series.is_even => {
+            "faster than with independent samples, as is expected of such as are spread evenly"
+        }
+        SlopeVerdict::Steeper => "faster than independent samples do",
+        SlopeVerdict::Flatter => "more slowly than an unbiased estimator does",
+    };
+    Some(format!(
+        "\"{}\": the error falls as samples to the power {} ± {error:.2}, {what}.",
+        series.label,
+        format!("{slope:.2}").replace('-', "−")
+    ))
+}
+
+/// Settings that the reference is too noisy for.
+fn unresolved(findings: &Findings) -> Option<String> {
+    let unresolved = findings.settings.iter().filter(|s| s.is_unresolved);
+    let labels: Vec<_> = unresolved.map(|s| format!("\"{}\"", s.setting)).collect();
+    (!labels.is_empty()).then(|| {
+        format!(
+            "Errors of less than half the reference's own noise, which are hardly known and count as that half: {}. \
+             A reference with more samples tells them.",
+            labels.join("; ")
+        )
+    })
 }
 
 /// Series that are nowhere told apart from the base.
@@ -56,15 +80,16 @@ fn reached(findings: &Findings, runs: &[Run], target: f64) -> String {
     able.sort_by(|a, b| a.1.seconds.value.total_cmp(&b.1.seconds.value));
     let what = format!("relMSE {}", significant(target));
     let Some((best, reach)) = able.first() else {
-        return format!("{what} is not reached: every setting is biased.");
+        return format!("{what} is not reached: {}.", why_not(findings, None));
     };
     let base_series = findings.base_series();
     let base = able.iter().find(|(s, _)| s.series == base_series);
     let mut text = format!(
-        "{what} is reached in {} with {} ({} samples per pixel{})",
+        "{what} is reached in {} with {} ({} {} per pixel{})",
         interval(&reach.seconds),
         quoted(best),
         significant(reach.samples_per_pixel),
+        if reach.samples_per_pixel == 1.0 { "sample" } else { "samples" },
         if reach.extrapolated { ", extrapolated" } else { "" }
     );
     match base {
@@ -73,7 +98,10 @@ fn reached(findings: &Findings, runs: &[Run], target: f64) -> String {
             text += &format!("; the base needs {}", interval(&reach.seconds));
             text += if reach.extrapolated { " (extrapolated)." } else { "." };
         }
-        None => text += "; the base is biased and does not reach it.",
+        None => {
+            let why = why_not(findings, Some(base_series));
+            text += &format!("; the base does not reach it: {why}.");
+        }
     }
     let overlapping = |(s, other): &&(&Summary, Reach)| {
         s.series != best.series && other.seconds.low <= reach.seconds.high
@@ -85,13 +113,24 @@ fn reached(findings: &Findings, runs: &[Run], target: f64) -> String {
     text
 }
 
+/// Why the settings of a series, or any at all, do not reach an error.
+fn why_not(findings: &Findings, series: Option<&str>) -> &'static str {
+    let mut settings =
+        findings.settings.iter().filter(|s| series.is_none_or(|series| s.series == series));
+    match (settings.any(|s| s.bias.is_biased), series) {
+        (true, Some(_)) => "it is biased",
+        (true, None) => "no setting without bias comes to it",
+        (false, _) => "no possible number of samples is enough",
+    }
+}
+
 fn biased(s: &Summary) -> String {
+    let p = s.bias.p_value;
     format!(
-        "\"{}\" is biased: its mean is off by {} ± {} (p = {:.1e}).",
+        "\"{}\" is biased: its mean is off by {} (p {}).",
         s.setting,
-        percent(s.bias.relative),
-        percent((s.bias.error * s.bias.relative / s.bias.value).abs()).trim_start_matches('+'),
-        s.bias.p_value
+        super::bias(&s.bias).join(" ± "),
+        if p < f64::MIN_POSITIVE { "< 1e-307".to_owned() } else { format!("= {p:.1e}") }
     )
 }
 
@@ -103,7 +142,7 @@ fn method(findings: &Findings) -> String {
     format!(
         "From {seeds} seeds for each setting. A setting is called biased if p < {level:.2e} (Student's t, \
          Šidák's correction for {tests} settings): in {} % of experiments without bias one is called so by \
-         chance. The same holds for settings that differ from the base (Welch's t), and for slopes. Intervals \
+         chance. The same holds for settings that differ from the base (Welch's t), and for slopes (Student's t). Intervals \
          hold 95 % (bootstrap over seeds).",
         SIGNIFICANCE * 100.0
     )
