@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use telamon::measure::efficiency::Comparison;
 use telamon::measure::report::plot::{Curve, Plot, Point};
-use telamon::measure::report::{percent, rough, significant};
+use telamon::measure::report::{self, rough, significant};
+use telamon::measure::statistics::{median, quantile, sorted};
 use telamon::measure::summary::{Interval, Spread, Summary};
 
 use crate::Found;
@@ -92,7 +93,12 @@ fn table(trial: &Trial, measured: &Measured) -> String {
         if trial.builds { "---|" } else { "" },
     );
     for s in &measured.findings.settings {
-        let build = significant(measured.build_seconds(&s.setting));
+        let builds = sorted(measured.builds(&s.setting).iter().copied());
+        let build = Interval {
+            value: median(builds.iter().copied()),
+            low: quantile(&builds, 0.0),
+            high: quantile(&builds, 1.0),
+        };
         let row = [
             format!("`{}`", s.setting.replace(", ", "` `")),
             interval(&s.seconds),
@@ -100,16 +106,16 @@ fn table(trial: &Trial, measured: &Measured) -> String {
             spread(&s.rel_mse),
             spread(&s.rel_mse_trimmed),
             bias(s),
-            compared(s.compared),
-            compared(s.compared_trimmed),
+            report::compared(s, s.compared),
+            report::compared(s, s.compared_trimmed),
         ];
         let (setting, rest) = row.split_first().expect("eight cells");
-        let build = if trial.builds { format!(" {build} |") } else { String::new() };
+        let build = if trial.builds { format!(" {} |", interval(&build)) } else { String::new() };
         put(&mut text, format_args!("| {setting} |{build} {} |\n", rest.join(" | ")));
     }
-    if !measured.leaks.is_empty() {
+    if !measured.stored.leaks.is_empty() {
         text += "\n| Setting | Wrong for random rays | Wrong for aimed rays |\n|---|---|---|\n";
-        for leaks in &measured.leaks {
+        for leaks in &measured.stored.leaks {
             let setting = leaks.setting.replace(", ", "` `");
             let cell =
                 |(rays, wrong): (u64, u64)| format!("{wrong} of {rays} ({})", share((rays, wrong)));
@@ -130,12 +136,12 @@ fn origin(trial: &Trial, measured: &Measured) -> String {
         trial.size.0,
         trial.size.1,
         trial.repeats,
-        measured.reference_samples_per_pixel,
-        measured.date,
-        measured.commit,
-        measured.engines.join(", "),
-        measured.processor,
-        measured.threads,
+        measured.stored.reference_samples_per_pixel,
+        measured.stored.date,
+        measured.stored.commit,
+        measured.stored.engines.join(", "),
+        measured.stored.processor,
+        measured.stored.threads,
         trial.name
     )
 }
@@ -149,15 +155,8 @@ fn spread(s: &Spread) -> String {
 }
 
 fn bias(s: &Summary) -> String {
-    let error = (100.0 * s.bias.error * s.bias.relative / s.bias.value).abs();
-    let text = format!("{} ± {}", percent(s.bias.relative), rough(error));
+    let text = report::bias(&s.bias).join(" ± ");
     if s.bias.is_biased { format!("{text} **biased**") } else { text }
-}
-
-fn compared(comparison: Option<Comparison>) -> String {
-    comparison.map_or("1".to_owned(), |c| {
-        format!("{}{}", interval(&c.ratio), if c.differs { "" } else { " ~" })
-    })
 }
 
 /// The share of rays that are wrong: `0.12 %`, or `none`.

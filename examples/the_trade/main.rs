@@ -60,7 +60,7 @@ fn run(arguments: &Arguments, root: &Path) -> Result<(), Box<dyn Error>> {
     for section in SECTIONS.iter().filter(|s| !arguments.write && wanted(s)) {
         for trial in section.trials {
             eprintln!("{}", trial.name);
-            let mut json = serde_json::to_vec_pretty(&trial.measure(root)?)?;
+            let mut json = serde_json::to_vec(&trial.measure(root)?)?;
             json.push(b'\n');
             write_whole(&stored(root, trial), &json)?;
         }
@@ -88,7 +88,9 @@ fn read(root: &Path) -> Result<Vec<Found>, Box<dyn Error>> {
     let one = |trial: &Trial| -> Result<Measured, Box<dyn Error>> {
         let path = stored(root, trial);
         let text = fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        serde_json::from_slice(&text).map_err(|e| format!("{}: {e}", path.display()).into())
+        let stored =
+            serde_json::from_slice(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+        trial.judge(root, stored)
     };
     let section = |section: &'static Section| {
         Ok((section, section.trials.iter().map(one).collect::<Result<_, Box<dyn Error>>>()?))

@@ -1,11 +1,13 @@
 //! What is measured, and what is said of it. Sentences take their figures, and their words where these
 //! depend on figures, from the runs.
 
-use telamon::measure::report::{percent, rough, seconds, significant};
+use telamon::measure::report::{percent, rough, significant};
+use telamon::measure::statistics::{bootstrap, median};
+use telamon::measure::summary::Interval;
 
 use crate::document::{share, times};
 use crate::subject::Subject;
-use crate::trial::{Measured, Trial};
+use crate::trial::{Choices, Measured, Trial};
 
 /// A part of the document.
 pub(crate) struct Section {
@@ -147,11 +149,11 @@ pub(crate) static SECTIONS: &[Section] = &[
     Section {
         name: "build",
         title: "The quality of the tree",
-        question: "Embree's three qualities of build, for a mesh of even triangles and for long thin ones that \
-                   cross each other, where spatial splits should help. Building is measured once, on all threads.",
+        question: "Embree's three qualities of build in its robust and in its fast mode, for a mesh of even triangles and \
+                   for long thin ones in all directions, whose boxes overlap. Trees are built on all threads, once for each render.",
         trials: &[
-            quality("build-even", Subject::Ball { away: 0.0 }),
-            quality("build-thin", Subject::Needles),
+            quality("build-even", Subject::Ball { away: 0.0 }, 192, &[("spp", "32")]),
+            quality("build-thin", Subject::Needles, 64, &[("spp", "16")]),
         ],
         shows: builds,
     },
@@ -208,14 +210,21 @@ const fn precision(name: &'static str, away: f64) -> Trial {
     }
 }
 
-const fn quality(name: &'static str, subject: Subject) -> Trial {
+const fn quality(name: &'static str, subject: Subject, side: u32, spp: Choices) -> Trial {
     Trial {
         name,
         subject,
-        size: (96, 96),
-        fixed: &[("spp", "32")],
-        settings: &[&[("quality", "medium")], &[("quality", "low")], &[("quality", "high")]],
-        reference: &[("sampler", "sobol"), ("spp", "1024")],
+        size: (side, side),
+        fixed: spp,
+        settings: &[
+            &[("robust", "true"), ("quality", "medium")],
+            &[("robust", "true"), ("quality", "low")],
+            &[("robust", "true"), ("quality", "high")],
+            &[("robust", "false"), ("quality", "medium")],
+            &[("robust", "false"), ("quality", "low")],
+            &[("robust", "false"), ("quality", "high")],
+        ],
+        reference: &[("sampler", "sobol"), ("spp", "512")],
         repeats: 8,
         builds: true,
         leaks: false,
@@ -259,17 +268,17 @@ fn roulette(measured: &[Measured]) -> [String; 2] {
         "none" => format!("rr_policy=none, spp={spp}"),
         _ => format!("rr_policy={policy}, rr_depth=1, spp={spp}"),
     };
-    let error = |policy, spp| m.of(&label(policy, spp)).rel_mse_trimmed.mean;
-    let ratio = |policy, spp| error(policy, spp) / error("none", 64);
+    let error = |policy, spp| m.values(&label(policy, spp), |r| r.metrics.rel_mse_trimmed);
+    let ratio = |policy, spp| around(&ratio(&error(policy, spp), &error("none", 64)));
     let gain = |policy| gain(m, &label(policy, 256));
     [
         format!(
             "At 64 samples, p = 0.7 has {} times the error of paths without roulette and p = 0.1 {} times; at 256 \
              samples they have {} and {} times that of 64 without.",
-            rough(ratio("fixed:0.7", 64)),
-            rough(ratio("fixed:0.1", 64)),
-            rough(ratio("fixed:0.7", 256)),
-            rough(ratio("fixed:0.1", 256))
+            ratio("fixed:0.7", 64),
+            ratio("fixed:0.1", 64),
+            ratio("fixed:0.7", 256),
+            ratio("fixed:0.1", 256)
         ),
         format!(
             "At equal time (256 samples) p = 0.7 buys {}, p = 0.1 {} and roulette by throughput {} what no roulette \
@@ -301,9 +310,12 @@ fn sampling(measured: &[Measured]) -> [String; 2] {
 
 fn precisions(measured: &[Measured]) -> [String; 2] {
     let [near, far] = measured else { panic!("two trials") };
-    let rate = |m: &Measured, label: &str| m.of(label).rays / m.of(label).seconds.value;
+    let rate = |a: &str, b: &str| {
+        let rates = |label: &str| near.values(label, |r| r.rays as f64 / r.seconds);
+        around(&ratio(&rates(a), &rates(b)))
+    };
     let wrong = |m: &Measured, label: &str| {
-        let leaks = m.leaks.iter().find(|l| l.setting == label).expect("was measured");
+        let leaks = m.stored.leaks.iter().find(|l| l.setting == label).expect("was measured");
         format!("{} and {}", share(leaks.random), share(leaks.aimed))
     };
     let off = |label: &str| {
@@ -316,8 +328,8 @@ fn precisions(measured: &[Measured]) -> [String; 2] {
             "At the origin the fast mode traces {} times as many rays a second as the robust one, and the plain test \
              {} times as many as the watertight one; wrong for random and for aimed rays are {} (robust), {} (fast), {} \
              (watertight), {} (plain).",
-            significant(rate(near, FAST) / rate(near, ROBUST)),
-            significant(rate(near, PLAIN) / rate(near, WATERTIGHT)),
+            rate(FAST, ROBUST),
+            rate(PLAIN, WATERTIGHT),
             wrong(near, ROBUST),
             wrong(near, FAST),
             wrong(near, WATERTIGHT),
@@ -338,28 +350,41 @@ fn precisions(measured: &[Measured]) -> [String; 2] {
 }
 
 fn builds(measured: &[Measured]) -> [String; 2] {
-    let sentence = |m: &Measured, what: &str| {
-        let build = |q: &str| m.build_seconds(&format!("quality={q}"));
-        let render = |q: &str| m.of(&format!("quality={q}")).seconds.value;
-        // Seconds of rendering with the medium tree after which the better one has paid for itself.
-        let even = (build("high") - build("medium")) / (1.0 - render("high") / render("medium"));
-        let pays = if even > 0.0 {
-            format!("high pays for itself in renders of more than {}", seconds(even))
-        } else {
-            "high never pays for itself".to_owned()
-        };
+    let [even, thin] = measured else { panic!("two trials") };
+    let label = |robust: bool, q: &str| format!("robust={robust}, quality={q}");
+    let over = |m: &Measured, robust, q: &str| {
+        let [a, b] = [label(robust, q), label(robust, "medium")];
+        let build = ratio(m.builds(&a), m.builds(&b));
+        let render = ratio(&m.values(&a, |r| r.seconds), &m.values(&b, |r| r.seconds));
+        format!("{} and {}", around(&build), around(&render))
+    };
+    let mode = |robust| {
         format!(
-            "{what} low, medium and high take {}, {} and {} to build and {}, {} and {} to render: {pays}.",
-            seconds(build("low")),
-            seconds(build("medium")),
-            seconds(build("high")),
-            seconds(render("low")),
-            seconds(render("medium")),
-            seconds(render("high"))
+            "low takes {} times as long as medium to build and to render even triangles and {} times for thin ones, \
+             high takes {} and {}",
+            over(even, robust, "low"),
+            over(thin, robust, "low"),
+            over(even, robust, "high"),
+            over(thin, robust, "high")
         )
     };
-    let [even, thin] = measured else { panic!("two trials") };
-    [sentence(even, "For even triangles"), sentence(thin, "For thin ones")]
+    [format!("In the fast mode {}.", mode(false)), format!("In the robust mode {}.", mode(true))]
+}
+
+/// `1.02 (0.99 to 1.04)`.
+fn around(i: &Interval) -> String {
+    format!("{} ({} to {})", significant(i.value), significant(i.low), significant(i.high))
+}
+
+/// Median of `a` over that of `b`, of the same rounds, with a bootstrap interval over these.
+fn ratio(a: &[f64], b: &[f64]) -> Interval {
+    let of = |rounds: &[usize]| {
+        let middle = |values: &[f64]| median(rounds.iter().map(|&round| values[round]));
+        middle(a) / middle(b)
+    };
+    let all: Vec<usize> = (0..a.len().min(b.len())).collect();
+    let (low, high) = bootstrap(all.len(), 1, of);
+    Interval { value: of(&all), low, high }
 }
 
 fn samplers(measured: &[Measured]) -> [String; 2] {

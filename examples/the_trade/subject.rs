@@ -15,7 +15,7 @@ pub(crate) enum Subject {
     File(&'static str),
     /// A dented ball of 409,600 triangles with a radius of about 1 that lies so far from the origin, under an even sky.
     Ball { away: f64 },
-    /// 60,000 thin triangles as long as the ball that they fill is wide, under the same sky.
+    /// A sphere with 20,000 thin triangles for fur, each a quarter of its radius long, under the same sky.
     Needles,
 }
 
@@ -27,17 +27,31 @@ impl Subject {
             Self::Ball { away } => {
                 format!("a dented ball of 409,600 triangles, {away} radii from the origin")
             }
-            Self::Needles => "60,000 long and thin triangles".to_owned(),
+            Self::Needles => "20,000 long and thin triangles in all directions".to_owned(),
         }
     }
 
     /// Loads it; files of the package are under `root`.
     pub(crate) fn load(&self, root: &Path) -> Result<Description, Box<dyn Error>> {
+        match *self {
+            Self::Ball { away } => self.load_with(root, &ball(away)),
+            Self::Needles => self.load_with(root, &needles()),
+            Self::File(_) => self.load_outline(root),
+        }
+    }
+
+    /// The same in all but meshes, which are a triangle: enough to know how it is rendered.
+    pub(crate) fn load_outline(&self, root: &Path) -> Result<Description, Box<dyn Error>> {
+        let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+        self.load_with(root, &Mesh { positions, triangles: vec![[0, 1, 2]] })
+    }
+
+    fn load_with(&self, root: &Path, mesh: &Mesh) -> Result<Description, Box<dyn Error>> {
         let options = LoadOptions::default();
-        let (mesh, away) = match *self {
+        let away = match *self {
             Self::File(path) => return Ok(load_scene(&root.join(path), &options)?.description),
-            Self::Ball { away } => (ball(away), away),
-            Self::Needles => (needles(), 0.0),
+            Self::Ball { away } => away,
+            Self::Needles => 0.0,
         };
         let folder = tempfile::tempdir()?;
         fs::write(folder.path().join("mesh.ply"), mesh.ply())?;
@@ -127,9 +141,9 @@ fn ball(away: f64) -> Mesh {
     Mesh { positions, triangles }
 }
 
-/// Chords of the unit sphere, each a triangle 0.002 wide at its foot.
+/// Thorns of the unit sphere in all directions, each a triangle 0.002 wide at its foot.
 fn needles() -> Mesh {
-    const COUNT: usize = 60_000;
+    const COUNT: usize = 20_000;
     // Kronecker's sequence on the square roots of primes: even, and the same each time.
     let number = |i: usize, root: f64| (root.sqrt() * (i + 1) as f64).fract();
     let on_sphere = |i: usize, a: f64, b: f64| {
@@ -140,9 +154,9 @@ fn needles() -> Mesh {
     };
     let mut positions = Vec::new();
     for i in 0..COUNT {
-        let (from, to) = (on_sphere(i, 2.0, 3.0), on_sphere(i, 5.0, 7.0));
-        let side = 0.002 * (to - from).any_orthogonal_vector().normalize_or_zero();
-        positions.extend([from, to, from + side]);
+        let (foot, direction) = (on_sphere(i, 2.0, 3.0), on_sphere(i, 5.0, 7.0));
+        let side = 0.002 * direction.any_orthonormal_vector();
+        positions.extend([foot, foot + 0.25 * direction, foot + side]);
     }
     let triangles = (0..COUNT).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     Mesh { positions, triangles }
