@@ -84,6 +84,25 @@ fn two_pictures_are_measured_against_a_third() {
     assert_eq!(bytes[3..], [0; 9]);
 }
 
+/// A single pixel has no spread, a black reference no mean to compare with, and a picture without a variance is
+/// said to count as exact.
+#[test]
+fn what_is_not_known_is_said() {
+    let folder = Folder::new();
+    write(&folder, "a.exr", 0, &[1.0], None);
+    write(&folder, "b.exr", 0, &[0.0], Some(1.0));
+    let run = folder.succeed("compare a.exr b.exr");
+    for name in ["standard error of the bias", "bias over the mean", "p-value if there is no bias"]
+    {
+        let line = run.stdout.lines().find(|l| l.trim_start().starts_with(name)).expect("a line");
+        assert!(line.ends_with(" unknown"), "{line}");
+    }
+    // z = 1/√(1/4).
+    let expected = "A and B agree within their noise: 0 of 3 numbers differ beyond chance (p < 3.34e-3 each, 0.01 \
+                    for all; 0.25 % may). Mean z squared 4.000. A does not say how noisy it is and counts as exact.";
+    assert_eq!(run.stdout.lines().last(), Some(expected));
+}
+
 #[test]
 fn differences_beyond_noise_are_told() {
     let folder = Folder::new();

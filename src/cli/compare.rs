@@ -11,17 +11,27 @@ use telamon::measure::false_color::{false_color, side_by_side};
 use telamon::measure::{Image, Metrics, ZTest};
 use telamon::scene::settings::SamplerKind;
 
+use super::definitions::METRICS;
 use super::message::{Failure, warn};
 use super::print;
 use super::table::table;
 use super::values::{self, Output};
 
+const HELP: &str = "Without --reference, B is the reference of A.\n\n\
+                    Example: telamon compare a.exr b.exr --reference truth.exr -o difference.png";
+
 /// Measure how far pictures are from each other
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Without --reference, B is the reference of A. The documentation of the module \
-                  `measure::metrics` defines what is shown.\n\n\
-                  Example: telamon compare a.exr b.exr --reference truth.exr -o difference.png"
+    after_help = HELP,
+    after_long_help = format!(
+        "{}\n\nThe standard error of the bias is s/sqrt(N) with the sample standard deviation s, over N \
+         pixels, of their mean differences; its p-value is that of Student's t with N - 1 degrees of freedom. \
+         If A or B has the layers of `render --variance`, all numbers are tested: z = (A - B) / sqrt(v_A + v_B) \
+         against the normal distribution, at the significance 0.01 for all together (Sidak); noise explains the \
+         differences if 0.25 % or less are beyond that.\n\n{HELP}",
+        METRICS
+    )
 )]
 pub(super) struct Arguments {
     /// OpenEXR file
@@ -71,7 +81,12 @@ impl Arguments {
             }
         };
         let z_test = covering(&b, &self.b, &a, &self.a).map(|b| ZTest::of(&a, &b))?;
-        print((text + &z_test.map_or(String::new(), |z| verdict(&z))).as_bytes())?;
+        let exact = match (&a.variance, &b.variance) {
+            (None, _) => "A",
+            (_, None) => "B",
+            _ => "",
+        };
+        print((text + &z_test.map_or(String::new(), |z| verdict(&z, exact))).as_bytes())?;
         match &self.output {
             Some(output) => write(output, &shown),
             None => Ok(()),
@@ -125,8 +140,11 @@ fn measured(image: &Image, reference: &Image, path: &Path) -> Result<Metrics, Fa
 
 /// A row for each metric, a column for each picture.
 fn rows(pictures: &[Metrics]) -> String {
-    let number = |v: f64| format!("{v:.6}");
-    let scientific = |v: f64| format!("{v:.4e}");
+    // A single pixel has no spread, and a black reference no bias relative to it.
+    let known = |v: f64, text: String| if v.is_finite() { text } else { "unknown".to_owned() };
+    let number = |v: f64| known(v, format!("{v:.6}"));
+    let scientific = |v: f64| known(v, format!("{v:.4e}"));
+    let percent = |v: f64| known(v, format!("{v:+.3} %"));
     let row = |name: &str, value: &dyn Fn(&Metrics) -> String| {
         let mut cells = vec![name.to_owned()];
         cells.extend(pictures.iter().map(value));
@@ -144,8 +162,11 @@ fn rows(pictures: &[Metrics]) -> String {
         row("FLIP", &|m| number(m.flip)),
         row("bias", &|m| scientific(m.bias)),
         row("standard error of the bias", &|m| scientific(m.bias_error)),
-        row("bias over the mean", &|m| format!("{:+.3} %", 100.0 * m.bias / m.reference_mean)),
-        row("p-value if there is no bias", &|m| format!("{:.3e}", m.bias_p_value())),
+        row("bias over the mean", &|m| percent(100.0 * m.bias / m.reference_mean)),
+        row("p-value if there is no bias", &|m| {
+            let p = m.bias_p_value();
+            known(p, format!("{p:.3e}"))
+        }),
     ];
     if pictures.iter().all(|m| m.reference_noise.is_some()) {
         rows.push(row("MSE without the reference's noise", &|m| scientific(m.true_mse())));
@@ -157,17 +178,27 @@ fn rows(pictures: &[Metrics]) -> String {
     table(&rows, &[1, 2])
 }
 
-fn verdict(z: &ZTest) -> String {
+/// What the test says; `exact` is the picture whose noise is not known, if there is one.
+fn verdict(z: &ZTest, exact: &str) -> String {
+    let exact = match exact {
+        "" => String::new(),
+        name => format!(" {name} does not say how noisy it is and counts as exact."),
+    };
+    let verdict =
+        if z.passes() { "agree within their noise" } else { "differ by more than their noise" };
+    let mean_square = if z.mean_square.is_finite() {
+        format!("{:.3}", z.mean_square)
+    } else {
+        "unknown".to_owned()
+    };
     format!(
-        "A and B {}: {} of {} numbers differ beyond chance (p < {:.2e} each, {} for all; {} % may). \
-         Mean z squared {:.3}.\n",
-        if z.passes() { "agree within their noise" } else { "differ by more than their noise" },
+        "A and B {verdict}: {} of {} numbers differ beyond chance (p < {:.2e} each, {} for all; {} % may). \
+         Mean z squared {mean_square}.{exact}\n",
         z.beyond,
         z.compared,
         z.level,
         ZTest::SIGNIFICANCE,
         100.0 * ZTest::ALLOWANCE,
-        z.mean_square
     )
 }
 
