@@ -394,6 +394,7 @@ fn what_makes_no_sense_is_said_before_anything_is_rendered() {
             "knob `branches` changes nothing: only integrator `branching` has it",
         ),
         ("--vary spp=1,1", "`spp=1` is given twice"),
+        ("--set spp=1 --set spp=2", "knob `spp` is given twice"),
         (
             "--vary spp=1 --report no/out",
             "cannot create the folder `no/out`: No such file or directory (os error 2)",

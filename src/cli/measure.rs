@@ -40,7 +40,8 @@ const HELP: &str = "Ctrl-C stops and keeps what was measured; with --report the 
          reference's own noise; an error of less than half of that counts as the half, and ≥ stands before the \
          efficiency. A setting is biased if Student's t-test of its mean differences rejects chance (0.01 for all \
          settings together, after Sidak; the reference's error counts) and they are more than 1e-6 of the \
-         reference's mean, which rounding explains. Efficiency is 1/(MSE * seconds), or 1/(trimmed * seconds), over \
+         reference's mean, which rounding explains; light that none of its samples has met counts as bias. \
+         Efficiency is 1/(MSE * seconds), or 1/(trimmed * seconds), over \
          that of the base with as many samples; Welch's t-test of its logarithm tells settings apart (0.01 for \
          all). The slope is that of log RMSE over log samples, -0.5 for an unbiased estimator with independent \
          samples.\n\n{HELP}"
@@ -174,6 +175,10 @@ impl Arguments {
 
     /// The scene's own setting, with what `--set` says.
     fn base(&self, scene: &Setting) -> Result<Setting, KnobError> {
+        let knob_before = |i: usize| self.set[..i].iter().any(|(knob, _)| *knob == self.set[i].0);
+        if let Some(twice) = (0..self.set.len()).find(|&i| knob_before(i)) {
+            return Err(KnobError::Twice { what: format!("knob `{}`", self.set[twice].0) });
+        }
         let candidate = plan::turned(scene, &self.set)?;
         match self.set.iter().find(|choice| !candidate.choices.contains(choice)) {
             Some((knob, _)) => Err(KnobError::no_effect(knob)),
@@ -202,6 +207,17 @@ impl Arguments {
                 ReferenceOrigin::Rendered { samples_per_pixel: most.saturating_mul(16).max(256) }
             }
         };
+        let coarse = match reference {
+            ReferenceOrigin::Rendered { samples_per_pixel: n } => Some(n).filter(|n| n / 4 < most),
+            ReferenceOrigin::File { .. } => None,
+        };
+        if let Some(n) = coarse {
+            warn(format!(
+                "the reference has {n} samples per pixel, and settings have up to {most}: it does not tell how small \
+                 their errors are (expected {} or more)",
+                4 * u64::from(most)
+            ));
+        }
         let Crop { x, y, width, height } = description.film.crop;
         let origin = Origin {
             version: env!("CARGO_PKG_VERSION").to_owned(),
