@@ -81,7 +81,7 @@ fn plots(findings: &Findings, target: f64) -> String {
         x_label: "render time in seconds",
         y_label: "RMSE",
         curves: curves(findings, &rmse),
-        guide: -0.5,
+        guide: Some(-0.5),
         target: None,
         front: Vec::new(),
     };
@@ -89,7 +89,7 @@ fn plots(findings: &Findings, target: f64) -> String {
         x_label: "render time in seconds",
         y_label: "relMSE",
         curves: curves(findings, &rel_mse),
-        guide: -1.0,
+        guide: Some(-1.0),
         target: Some(target),
         front,
     };

@@ -55,7 +55,7 @@ pub struct Plot {
     /// The curves, each in a colour of its own.
     pub curves: Vec<Curve>,
     /// Slope of a dashed line to compare with.
-    pub guide: f64,
+    pub guide: Option<f64>,
     /// A horizontal line.
     pub target: Option<f64>,
     /// Corners of the Pareto front, by rising x.
@@ -95,12 +95,26 @@ impl Axis {
         self.from + (log - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// Powers of 10, with 2 and 5 times of them on short axes.
+    /// Powers of 10, with 2 and 5 times of them on short axes; on very short ones even steps.
     fn ticks(&self) -> Vec<f64> {
-        let steps: &[f64] = if self.high - self.low > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let length = self.high - self.low;
+        if length < 0.8 {
+            return self.even_ticks();
+        }
+        let steps: &[f64] = if length > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let decades = self.low.floor() as i32..=self.high.ceil() as i32;
         let all = decades.flat_map(|d| steps.iter().map(move |s| s * 10_f64.powi(d)));
         all.filter(|t| (self.low..=self.high).contains(&t.log10())).collect()
+    }
+
+    /// Multiples of 1, 2 or 5 times a power of 10, of which there are 3 to 8.
+    fn even_ticks(&self) -> Vec<f64> {
+        let (first, last) = (10_f64.powf(self.low), 10_f64.powf(self.high));
+        let power = 10_f64.powf((0.25 * (last - first)).log10().floor());
+        let step = [5.0, 2.0, 1.0].map(|s| s * power).into_iter().find(|s| 3.0 * s <= last - first);
+        let step = step.unwrap_or(power);
+        let counts = (first / step).ceil() as u32..=(last / step) as u32;
+        counts.map(|n| f64::from(n) * step).collect()
     }
 }
 
@@ -194,12 +208,13 @@ impl Plot {
             push(&mut path, format_args!(" H{:.1}", x.to));
             push(svg, format_args!("<path d=\"{path}\" class=\"front\"/>\n"));
         }
+        let Some(slope) = self.guide else { return };
         // Through the middle of the picture.
         let (width, height) = (x.high - x.low, y.high - y.low);
-        let run = width.min(height / self.guide.abs());
+        let run = width.min(height / slope.abs());
         let (mx, my) = (0.5 * (x.low + x.high), 0.5 * (y.low + y.high));
         let end = |sign: f64| {
-            let (a, b) = (mx + 0.5 * sign * run, my + 0.5 * sign * run * self.guide);
+            let (a, b) = (mx + 0.5 * sign * run, my + 0.5 * sign * run * slope);
             (x.place(10_f64.powf(a)), y.place(10_f64.powf(b)))
         };
         line(svg, "guide", end(-1.0), end(1.0));
@@ -253,4 +268,24 @@ fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, label: &str) {
 
 fn push(text: &mut String, arguments: std::fmt::Arguments<'_>) {
     text.write_fmt(arguments).expect("a string takes all that is written");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_axis_has_ticks() {
+        for (low, high, expected) in [
+            (-3.0, 0.5, vec![0.001, 0.01, 0.1, 1.0]),
+            (-0.1, 1.1, vec![1.0, 2.0, 5.0, 10.0]),
+            (0.0, 0.7, vec![1.0, 2.0, 3.0, 4.0, 5.0]),
+            (-1.0, -0.9, vec![0.1, 0.105, 0.11, 0.115, 0.12, 0.125]),
+        ] {
+            let ticks = Axis { low, high, from: 0.0, to: 1.0 }.ticks();
+            let near = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-12;
+            let alike = ticks.len() == expected.len() && ticks.iter().zip(&expected).all(near);
+            assert!(alike, "{low} to {high}: {ticks:?}");
+        }
+    }
 }
