@@ -48,15 +48,21 @@ How to read the tables:
   is the standard deviation between seeds.
 - *Bias* is the mean difference from the reference over its mean; **biased** stands where Student's t-test over seeds rejects
   chance (0.01 for all settings of a table together).
-- *Efficiency* is 1/(MSE · time) over that of the first setting, which is what it buys at equal time: 2 means half the variance
-  after the same second. In brackets the 95 % interval of a bootstrap over seeds; ~ where Welch's t-test does not tell the two apart.
-  The last column has the trimmed relMSE in the place
-  of the MSE; it is what the sentences speak of.
+- *Efficiency* is 1/(MSE · time) over that of the first setting with as many samples, or of the first of all: what it buys
+  at equal time. 2 means half the variance after the same second. In brackets the 95 % interval of a bootstrap over seeds; ~
+  where Welch's t-test does not tell the two apart. The last column has the trimmed relMSE in the place of the MSE; it is what the
+  sentences speak of.
+- Plots are on log axes. Vertical bars are two standard errors, horizontal ones the fastest and the slowest run; dashed is
+  what more samples without bias give.
 ";
 
-/// The plot of a trial.
+/// The plot of a trial: error against time, or the time to build against that to render.
 pub(crate) fn figure(trial: &Trial, measured: &Measured) -> String {
     let settings = &measured.findings.settings;
+    let point = |s: &Summary| {
+        let y = if trial.builds { build_time(measured, s) } else { error(s) };
+        Point { name: s.setting.clone(), x: s.seconds, y }
+    };
     let curve = |label: &str| {
         let mut points: Vec<Point> =
             settings.iter().filter(|s| s.series == label).map(point).collect();
@@ -66,39 +72,47 @@ pub(crate) fn figure(trial: &Trial, measured: &Measured) -> String {
     };
     let plot = Plot {
         x_label: "render time in seconds",
-        y_label: "relMSE without the worst pixel of each thousand",
+        y_label: if trial.builds {
+            "build time in seconds"
+        } else {
+            "relMSE without the worst pixel of each thousand"
+        },
         curves: measured.findings.series.iter().map(|s| curve(&s.label)).collect(),
-        guide: -1.0,
+        guide: if trial.builds { None } else { Some(-1.0) },
         target: None,
         front: Vec::new(),
     };
-    debug_assert!(!settings.is_empty(), "{}", trial.name);
     plot.file()
 }
 
-fn point(s: &Summary) -> Point {
+/// Mean over seeds, with two standard errors.
+fn error(s: &Summary) -> Interval {
     let Spread { mean, deviation } = s.rel_mse_trimmed;
     let error = 2.0 * deviation / (s.runs as f64).sqrt();
-    let y = Interval { value: mean, low: mean - error, high: mean + error };
-    Point { name: s.setting.clone(), x: s.seconds, y }
+    Interval { value: mean, low: mean - error, high: mean + error }
+}
+
+/// Median, shortest and longest.
+fn build_time(measured: &Measured, s: &Summary) -> Interval {
+    let builds = sorted(measured.builds(&s.setting).iter().copied());
+    Interval {
+        value: median(builds.iter().copied()),
+        low: quantile(&builds, 0.0),
+        high: quantile(&builds, 1.0),
+    }
 }
 
 /// Plot, table and origin of a trial.
 fn table(trial: &Trial, measured: &Measured) -> String {
     let mut text = format!(
-        "\n![Error against time](the-trade/{}.svg)\n\n| Setting | {}Seconds | Mrays/s | relMSE | trimmed | Bias \
+        "\n![{}](the-trade/{}.svg)\n\n| Setting | {}Seconds | Mrays/s | relMSE | trimmed | Bias \
          | Efficiency | by trimmed |\n|---|{}---|---|---|---|---|---|---|\n",
+        if trial.builds { "Time to build against time to render" } else { "Error against time" },
         trial.name,
         if trial.builds { "Build | " } else { "" },
         if trial.builds { "---|" } else { "" },
     );
     for s in &measured.findings.settings {
-        let builds = sorted(measured.builds(&s.setting).iter().copied());
-        let build = Interval {
-            value: median(builds.iter().copied()),
-            low: quantile(&builds, 0.0),
-            high: quantile(&builds, 1.0),
-        };
         let row = [
             format!("`{}`", s.setting.replace(", ", "` `")),
             interval(&s.seconds),
@@ -110,7 +124,11 @@ fn table(trial: &Trial, measured: &Measured) -> String {
             report::compared(s, s.compared_trimmed),
         ];
         let (setting, rest) = row.split_first().expect("eight cells");
-        let build = if trial.builds { format!(" {} |", interval(&build)) } else { String::new() };
+        let build = if trial.builds {
+            format!(" {} |", interval(&build_time(measured, s)))
+        } else {
+            String::new()
+        };
         put(&mut text, format_args!("| {setting} |{build} {} |\n", rest.join(" | ")));
     }
     if !measured.stored.leaks.is_empty() {
@@ -139,7 +157,7 @@ fn origin(trial: &Trial, measured: &Measured) -> String {
         measured.stored.reference_samples_per_pixel,
         measured.stored.date,
         measured.stored.commit,
-        measured.stored.engines.join(", "),
+        measured.stored.engines.join("; "),
         measured.stored.processor,
         measured.stored.threads,
         trial.name
@@ -167,12 +185,12 @@ pub(crate) fn share((rays, wrong): (u64, u64)) -> String {
     }
 }
 
-/// `2.1 times (1.9 to 2.3)`, or that there is no difference to be seen.
+/// `2.1 (1.9 to 2.3)`, or that this is not told apart from 1.
 pub(crate) fn times(comparison: Option<Comparison>) -> String {
-    let Some(c) = comparison else { return "as much".to_owned() };
+    let Some(c) = comparison else { return "1".to_owned() };
     let Interval { value, low, high } = c.ratio;
-    let ratio = format!("{} times ({} to {})", rough(value), rough(low), rough(high));
-    if c.differs { ratio } else { format!("{ratio}, which is not told apart from 1,") }
+    let known = if c.differs { "" } else { ", not told apart from 1" };
+    format!("{} ({} to {}{known})", rough(value), rough(low), rough(high))
 }
 
 fn put(text: &mut String, arguments: std::fmt::Arguments<'_>) {

@@ -11,6 +11,8 @@ mod leaks;
 mod machine;
 mod sections;
 mod subject;
+#[cfg(test)]
+mod tests;
 mod trial;
 
 use std::error::Error;

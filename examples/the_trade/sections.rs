@@ -1,7 +1,7 @@
 //! What is measured, and what is said of it. Sentences take their figures, and their words where these
 //! depend on figures, from the runs.
 
-use telamon::measure::report::{percent, rough, significant};
+use telamon::measure::report::{self, rough, significant};
 use telamon::measure::statistics::{bootstrap, median};
 use telamon::measure::summary::Interval;
 
@@ -245,7 +245,7 @@ fn branching(measured: &[Measured]) -> [String; 2] {
     let widest = m.of(&label((32, 1))).compared_trimmed;
     let last = if widest.is_some_and(|c| c.differs && c.ratio.value < 1.0) {
         format!(
-            "Rays multiply where a path carries least: with 32 branches {} % of all rays are the last of their path, \
+            "Rays multiply where a path carries least: with 32 branches up to {} % of all rays are the last of their path, \
              and all that a pixel sees is seen from one point, while the single sum draws anew from the camera on.",
             rough(deepest(32.0))
         )
@@ -254,8 +254,7 @@ fn branching(measured: &[Measured]) -> [String; 2] {
     };
     [
         format!(
-            "In the same time the tree with 4, 8, 16 and 32 branches buys {}, {}, {} and {} of what the single sum \
-             buys.",
+            "In the same time trees with 4, 8, 16 and 32 branches buy {}, {}, {} and {} of what the single sum buys.",
             gains[0], gains[1], gains[2], gains[3]
         ),
         last,
@@ -273,16 +272,16 @@ fn roulette(measured: &[Measured]) -> [String; 2] {
     let gain = |policy| gain(m, &label(policy, 256));
     [
         format!(
-            "At 64 samples, p = 0.7 has {} times the error of paths without roulette and p = 0.1 {} times; at 256 \
-             samples they have {} and {} times that of 64 without.",
+            "At 64 samples p = 0.7 has {} times the error of paths without roulette and p = 0.1 {} times, and with four \
+             times the samples they have {} and {} times that of 64 without.",
             ratio("fixed:0.7", 64),
             ratio("fixed:0.1", 64),
             ratio("fixed:0.7", 256),
             ratio("fixed:0.1", 256)
         ),
         format!(
-            "At equal time (256 samples) p = 0.7 buys {}, p = 0.1 {} and roulette by throughput {} what no roulette \
-             buys.",
+            "In the same time (at 256 samples) p = 0.7 buys {} times what no roulette buys, p = 0.1 {} times, and a \
+             probability that follows the throughput {} times.",
             gain("fixed:0.7"),
             gain("fixed:0.1"),
             gain("throughput")
@@ -295,12 +294,12 @@ fn sampling(measured: &[Measured]) -> [String; 2] {
     let strategy = |name: &str| gain(veach, &format!("strategy={name}, spp=64"));
     [
         format!(
-            "In the same time directions by the cosine buy {} what even ones buy (256 samples).",
+            "In the same time (at 256 samples) directions by the cosine buy {} times what even ones buy.",
             gain(hemisphere, "directions=cosine, spp=256")
         ),
         format!(
-            "On Veach's scene, at 64 samples, the material's directions buy {} what those \
-             to lights buy, both together {} with the balance heuristic and {} with the power heuristic.",
+            "On Veach's scene, at 64 samples, the material's directions buy {} times what those to lights buy, and both \
+             together {} times with the balance heuristic and {} times with the power heuristic.",
             strategy("bsdf"),
             strategy("mis_balance"),
             strategy("mis_power")
@@ -318,33 +317,29 @@ fn precisions(measured: &[Measured]) -> [String; 2] {
         let leaks = m.stored.leaks.iter().find(|l| l.setting == label).expect("was measured");
         format!("{} and {}", share(leaks.random), share(leaks.aimed))
     };
-    let off = |label: &str| {
-        let bias = far.of(label).bias;
-        let named = if bias.is_biased { "biased" } else { "not biased beyond chance" };
-        format!("{} ({named})", percent(bias.relative))
+    let off = |m: &Measured, label: &str| {
+        let bias = m.of(label).bias;
+        let [value, error] = report::bias(&bias);
+        format!("{value} ± {error}{}", if bias.is_biased { " (biased)" } else { "" })
     };
+    let all = [ROBUST, FAST, WATERTIGHT, PLAIN];
+    let [robust, fast, watertight, plain] = all.map(|label| wrong(near, label));
+    let [far_robust, far_fast, far_watertight, far_plain] = all.map(|label| wrong(far, label));
+    let offs = |m: &Measured| all.map(|label| off(m, label)).join(", ");
     [
         format!(
-            "At the origin the fast mode traces {} times as many rays a second as the robust one, and the plain test \
-             {} times as many as the watertight one; wrong for random and for aimed rays are {} (robust), {} (fast), {} \
-             (watertight), {} (plain).",
+            "At the origin the fast mode traces {} times as many rays a second as the robust one and the plain test {} \
+             times as many as the watertight one, and in this order, robust first, the pictures' means are off by {} \
+             there and by {} a thousand radii away.",
             rate(FAST, ROBUST),
             rate(PLAIN, WATERTIGHT),
-            wrong(near, ROBUST),
-            wrong(near, FAST),
-            wrong(near, WATERTIGHT),
-            wrong(near, PLAIN)
+            offs(near),
+            offs(far)
         ),
         format!(
-            "A thousand radii away they are {}, {}, {} and {}, and the pictures' means are off by {}, {}, {} and {}.",
-            wrong(far, ROBUST),
-            wrong(far, FAST),
-            wrong(far, WATERTIGHT),
-            wrong(far, PLAIN),
-            off(ROBUST),
-            off(FAST),
-            off(WATERTIGHT),
-            off(PLAIN)
+            "Wrong for random and for aimed rays are {robust} in the robust mode and {fast} in the fast one, {watertight} \
+             by the watertight test and {plain} by the plain one; a thousand radii away {far_robust}, {far_fast}, \
+             {far_watertight} and {far_plain}."
         ),
     ]
 }
@@ -352,23 +347,49 @@ fn precisions(measured: &[Measured]) -> [String; 2] {
 fn builds(measured: &[Measured]) -> [String; 2] {
     let [even, thin] = measured else { panic!("two trials") };
     let label = |robust: bool, q: &str| format!("robust={robust}, quality={q}");
-    let over = |m: &Measured, robust, q: &str| {
-        let [a, b] = [label(robust, q), label(robust, "medium")];
-        let build = ratio(m.builds(&a), m.builds(&b));
-        let render = ratio(&m.values(&a, |r| r.seconds), &m.values(&b, |r| r.seconds));
-        format!("{} and {}", around(&build), around(&render))
+    let build = |m: &Measured, robust, q| {
+        around(&ratio(m.builds(&label(robust, q)), m.builds(&label(robust, "medium"))))
     };
-    let mode = |robust| {
+    let render = |m: &Measured, robust, q| {
+        let seconds = |q| m.values(&label(robust, q), |r| r.seconds);
+        ratio(&seconds(q), &seconds("medium"))
+    };
+    let both = |robust, q| {
+        format!("{} and {}", around(&render(even, robust, q)), around(&render(thin, robust, q)))
+    };
+    let cases = [(false, "low"), (false, "high"), (true, "low"), (true, "high")];
+    let differs = |i: Interval| !(i.low..=i.high).contains(&1.0);
+    let told_apart = cases
+        .iter()
+        .filter(|&&(robust, q)| [even, thin].iter().any(|m| differs(render(m, robust, q))))
+        .count();
+    let verdict = match told_apart {
+        0 => {
+            "no tree renders faster or more slowly than the medium one beyond the noise".to_owned()
+        }
+        n => format!("{n} of these 4 pairs have an interval without 1"),
+    };
+    [
         format!(
-            "low takes {} times as long as medium to build and to render even triangles and {} times for thin ones, \
-             high takes {} and {}",
-            over(even, robust, "low"),
-            over(thin, robust, "low"),
-            over(even, robust, "high"),
-            over(thin, robust, "high")
-        )
-    };
-    [format!("In the fast mode {}.", mode(false)), format!("In the robust mode {}.", mode(true))]
+            "A tree of high quality takes {} times as long to build as a medium one for even triangles and {} times for \
+             thin ones in the fast mode, {} and {} in the robust one, and a tree of low quality {} and {} in the \
+             fast mode.",
+            build(even, false, "high"),
+            build(thin, false, "high"),
+            build(even, true, "high"),
+            build(thin, true, "high"),
+            build(even, false, "low"),
+            build(thin, false, "low")
+        ),
+        format!(
+            "To render even and thin triangles, low takes {} times and high {} times as long as medium in the fast mode, {} \
+             and {} in the robust one: {verdict}.",
+            both(false, "low"),
+            both(false, "high"),
+            both(true, "low"),
+            both(true, "high")
+        ),
+    ]
 }
 
 /// `1.02 (0.99 to 1.04)`.
@@ -397,12 +418,13 @@ fn samplers(measured: &[Measured]) -> [String; 2] {
     };
     [
         format!(
-            "In the same time Sobol's points buy {} what independent numbers buy at 4 samples, and {} at 256.",
+            "In the same time Sobol's points buy {} times what independent numbers buy at 4 samples, and {} times at 256.",
             gain(4),
             gain(256)
         ),
         format!(
-            "Their RMSE falls as samples to the power {}, that of independent ones to the power {}.",
+            "Their RMSE falls as samples to the power {}, that of independent ones, of which −0.5 is expected, to the \
+             power {}.",
             slope("sampler=sobol"),
             slope("sampler=independent")
         ),

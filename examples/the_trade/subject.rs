@@ -24,10 +24,13 @@ impl Subject {
     pub(crate) fn name(&self) -> String {
         match self {
             Self::File(path) => format!("`{path}`"),
+            Self::Ball { away: 0.0 } => {
+                "a dented ball of 409,600 triangles at the origin".to_owned()
+            }
             Self::Ball { away } => {
                 format!("a dented ball of 409,600 triangles, {away} radii from the origin")
             }
-            Self::Needles => "20,000 long and thin triangles in all directions".to_owned(),
+            Self::Needles => "a fur of 20,000 long and thin triangles in all directions".to_owned(),
         }
     }
 
