@@ -1,10 +1,11 @@
 //! Shapes of scene files.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::mesh::{LoadedMesh, MeshFileError, MeshOptions, load_obj, load_ply};
+use super::mesh::{LoadedMesh, MeshFileError, MeshOptions, load_obj, load_ply, load_serialized};
 use super::plugins::{
     Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
 };
@@ -71,6 +72,25 @@ pub(super) static PLY: Plugin = Plugin {
     properties: &const { mesh_file("the mesh; may be compressed (.gz)", false) },
     parts: PARTS,
     build: Build::Shape(|object| from_file(object, load_ply)),
+};
+
+pub(super) static SERIALIZED: Plugin = Plugin {
+    name: "serialized",
+    help: "A mesh in Mitsuba's own format, version 3 or 4.",
+    properties: &[
+        property("filename", Kind::File, Default::Required, "one or more meshes"),
+        property(
+            "shape_index",
+            Kind::Integer(0, i32::MAX as i64),
+            Default::Integer(0),
+            "which mesh of the file, from 0",
+        ),
+        TO_WORLD,
+        FLIP_NORMALS,
+        FACE_NORMALS,
+    ],
+    parts: PARTS,
+    build: Build::Shape(serialized),
 };
 
 pub(super) static RECTANGLE: Plugin = Plugin {
@@ -185,15 +205,22 @@ pub(super) fn build(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     }
 }
 
-type Loader = fn(&std::path::Path, &MeshOptions) -> Result<LoadedMesh, MeshFileError>;
+fn serialized(object: &Object<'_>) -> Result<BuiltShape, Issue> {
+    let index = object.count("shape_index");
+    from_file(object, |path, options| load_serialized(path, index, options))
+}
 
-fn from_file(object: &Object<'_>, load: Loader) -> Result<BuiltShape, Issue> {
+fn from_file(
+    object: &Object<'_>,
+    load: impl FnOnce(&Path, &MeshOptions) -> Result<LoadedMesh, MeshFileError>,
+) -> Result<BuiltShape, Issue> {
     let path = object.file("filename")?;
+    let turns_uvs = object.plugin().property("flip_tex_coords").is_some();
     let options = MeshOptions {
         to_world: object.transform("to_world"),
         face_normals: object.boolean("face_normals"),
         flip_normals: object.boolean("flip_normals"),
-        flip_tex_coords: object.boolean("flip_tex_coords"),
+        flip_tex_coords: turns_uvs && object.boolean("flip_tex_coords"),
     };
     let loaded = load(&path, &options).map_err(|error| {
         let issue = Issue::new(object.place_of("filename"), error.to_string());

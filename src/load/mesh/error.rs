@@ -38,7 +38,7 @@ impl MeshFileError {
     pub fn line(&self) -> Option<u64> {
         match self.place {
             Place::Line { line, .. } => Some(line),
-            Place::File | Place::Record { .. } => None,
+            Place::File | Place::Record { .. } | Place::Byte { .. } | Place::Data { .. } => None,
         }
     }
 
@@ -47,15 +47,18 @@ impl MeshFileError {
     pub fn column(&self) -> Option<u64> {
         match self.place {
             Place::Line { column, .. } => Some(column),
-            Place::File | Place::Record { .. } => None,
+            Place::File | Place::Record { .. } | Place::Byte { .. } | Place::Data { .. } => None,
         }
     }
 
-    /// How many bytes of a binary file (once decompressed) come before the offending value.
+    /// How many bytes of a binary file, or of a mesh in it (once decompressed), come before the offending
+    /// value.
     #[must_use]
     pub fn byte_offset(&self) -> Option<u64> {
         match self.place {
-            Place::Record { offset, .. } => Some(offset),
+            Place::Record { offset, .. } | Place::Byte { offset } | Place::Data { offset, .. } => {
+                Some(offset)
+            }
             Place::File | Place::Line { .. } => None,
         }
     }
@@ -153,6 +156,28 @@ pub enum MeshProblem {
     /// Not a PLY file at all.
     #[error("not a PLY file (the first line of one is `ply`)")]
     NotPly,
+    /// Not a mesh in Mitsuba's format.
+    #[error("not a serialized mesh (one starts with the bytes 1c 04)")]
+    NotSerialized,
+    /// Another version of Mitsuba's format.
+    #[error("version {version} of the format is not read (expected {expected})")]
+    SerializedVersion {
+        /// What the file says.
+        version: u16,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// An index of a mesh that the file does not have.
+    #[error("there is no mesh {index}: the file has {count}, counted from 0")]
+    NoSuchMesh {
+        /// Which mesh was asked for.
+        index: u32,
+        /// How many the file has.
+        count: u32,
+    },
+    /// A list of offsets that leads out of the file.
+    #[error("{0}")]
+    Dictionary(String),
     /// A header line that is not understood.
     #[error("expected {expected}, found `{found}`")]
     HeaderLine {
@@ -191,6 +216,11 @@ pub(super) enum Place {
     Line { line: u64, column: u64 },
     /// A place in binary data; `number` counts from 0, as indices do.
     Record { offset: u64, element: String, number: u64 },
+    /// A place in a binary file as it is stored.
+    Byte { offset: u64 },
+    /// A place in the data, once decompressed, of one of a file's meshes; in the header if in no record.
+    /// All numbers count from 0.
+    Data { mesh: u32, offset: u64, record: Option<(&'static str, u64)> },
 }
 
 impl fmt::Display for Place {
@@ -200,6 +230,14 @@ impl fmt::Display for Place {
             Self::Line { line, column } => write!(f, ":{line}:{column}"),
             Self::Record { offset, element, number } => {
                 write!(f, ": byte {offset} ({element} {number})")
+            }
+            Self::Byte { offset } => write!(f, ": byte {offset}"),
+            Self::Data { mesh, offset, record } => {
+                write!(f, ": mesh {mesh}: byte {offset}")?;
+                match record {
+                    Some((name, number)) => write!(f, " ({name} {number})"),
+                    None => Ok(()),
+                }
             }
         }
     }
@@ -222,7 +260,7 @@ impl Fault {
     pub(super) fn in_file(self, path: &Path) -> MeshFileError {
         let source_line = match self.place {
             Place::Line { line, .. } => read_line(path, line).ok(),
-            Place::File | Place::Record { .. } => None,
+            Place::File | Place::Record { .. } | Place::Byte { .. } | Place::Data { .. } => None,
         };
         MeshFileError { path: path.into(), place: self.place, source_line, problem: self.problem }
     }

@@ -1,6 +1,6 @@
-//! Mesh files in: OBJ and PLY become a [`TriangleMesh`].
+//! Mesh files in: OBJ, PLY and Mitsuba's own format become a [`TriangleMesh`].
 //!
-//! Both are read in blocks of whole lines or records, so a load holds the mesh and a few megabytes
+//! All are read in blocks of whole lines or records, so a load holds the mesh and a few megabytes
 //! beside it, never the file. Text is parsed by all threads; the result is the same for any number
 //! of them. Whether a file is compressed with gzip is seen in its first two bytes, not in its name.
 //!
@@ -8,9 +8,11 @@
 //! polygons, and for concave ones if the first vertex sees all others.
 
 mod buffers;
+mod bytes;
 mod error;
 mod obj;
 mod ply;
+mod serialized;
 mod source;
 mod text;
 
@@ -85,6 +87,23 @@ pub fn load_ply(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, MeshFi
     in_file(path, || ply::load(path, options))
 }
 
+/// The mesh of that index, from 0, in a file of Mitsuba's format `serialized`, of version 3 or 4.
+///
+/// Read: positions, normals and texture coordinates in either precision, triangles, and the flag that asks
+/// for face normals. Colours are skipped. The list of meshes at the end of the file is used for all but the
+/// first one.
+///
+/// # Errors
+/// A file that cannot be read or is damaged, another version, no mesh of that index, an index that refers to
+/// nothing.
+pub fn load_serialized(
+    path: &Path,
+    shape_index: u32,
+    options: &MeshOptions,
+) -> Result<LoadedMesh, MeshFileError> {
+    in_file(path, || serialized::load(path, shape_index, options))
+}
+
 /// Loads on rayon's threads: a small file then costs one handover to them and not one per step.
 fn in_file(
     path: &Path,
@@ -93,5 +112,7 @@ fn in_file(
     rayon::scope(|_| load()).map_err(|fault| fault.in_file(path))
 }
 
+#[cfg(test)]
+pub(super) use serialized::tests::example as serialized_example;
 #[cfg(test)]
 mod tests;

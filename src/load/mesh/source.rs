@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 
 /// DEFLATE expands its input at most 1032-fold.
 const LARGEST_EXPANSION: u64 = 1032;
@@ -28,6 +28,12 @@ impl Source {
         } else {
             Ok(Self { reader: Box::new(reader), largest_size: size })
         }
+    }
+
+    /// What a stream of zlib's at the start of `compressed`, of at most so many bytes, expands to.
+    pub(super) fn zlib(compressed: impl BufRead + Send + 'static, size: u64) -> Self {
+        let reader = Box::new(BufReader::new(ZlibDecoder::new(compressed)));
+        Self { reader, largest_size: size.saturating_mul(LARGEST_EXPANSION) }
     }
 
     /// How many of `declared` things to make room for, if each takes at least so many bytes of the

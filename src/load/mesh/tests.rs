@@ -1,4 +1,4 @@
-//! Both formats: the same cube in all spellings, the options, large and damaged files.
+//! All formats: the same cube in all spellings, the options, large and damaged files.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -9,6 +9,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec3A};
 
+use super::serialized::tests as serialized;
 use super::*;
 
 type Load = fn(&Path, &MeshOptions) -> Result<LoadedMesh, MeshFileError>;
@@ -267,7 +268,7 @@ fn errors_say_where() {
 
 #[test]
 fn files_that_cannot_be_read_are_errors() {
-    for load in [load_obj as Load, load_ply] {
+    for load in [load_obj as Load, load_ply, |path, o| load_serialized(path, 1, o)] {
         let error = load(Path::new("no/such/mesh"), &MeshOptions::default()).expect_err("no file");
         assert!(error.to_string().starts_with("no/such/mesh: cannot be read: "), "{error}");
         assert!(matches!(error.problem(), MeshProblem::Io(_)) && error.line().is_none());
@@ -304,7 +305,7 @@ fn damage(file: &[u8], random: &mut impl FnMut(usize) -> usize) -> Vec<u8> {
 
 #[test]
 fn damaged_files_do_no_harm() {
-    let files: [(&str, Load, Vec<u8>); 7] = [
+    let files: [(&str, Load, Vec<u8>); 9] = [
         ("obj", load_obj, cube_obj().into()),
         ("obj with attributes", load_obj, TRIANGLE.into()),
         ("obj.gz", load_obj, gzip(cube_obj().as_bytes())),
@@ -312,6 +313,8 @@ fn damaged_files_do_no_harm() {
         ("little-endian ply", load_ply, cube_ply("binary_little_endian")),
         ("big-endian ply", load_ply, cube_ply("binary_big_endian")),
         ("ply.gz", load_ply, gzip(&cube_ply("ascii"))),
+        ("serialized, 3", |path, o| load_serialized(path, 0, o), serialized::example(3)),
+        ("serialized, 4", |path, o| load_serialized(path, 1, o), serialized::example(4)),
     ];
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("mesh");

@@ -16,7 +16,7 @@ property float v\nelement face 1\nproperty list uchar int vertex_indices\nend_he
 0 0 0 0 0.6 0.8 0 0.25\n1 0 0 0 0.6 0.8 0 0.25\n0 1 0 0 0.6 0.8 0 0.25\n3 0 1 2\n";
 
 /// Loads a scene of one mesh `mesh.TYPE` with this text and these further properties.
-fn load(plugin: &str, mesh: &str, inner: &str) -> Result<Loaded, LoadError> {
+fn load(plugin: &str, mesh: impl AsRef<[u8]>, inner: &str) -> Result<Loaded, LoadError> {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join(format!("mesh.{plugin}")), mesh).expect("can be written");
     let text = format!(
@@ -28,7 +28,10 @@ fn load(plugin: &str, mesh: &str, inner: &str) -> Result<Loaded, LoadError> {
 
 #[test]
 fn every_property_has_an_effect() {
-    for (plugin, mesh) in [("obj", OBJ), ("ply", PLY)] {
+    let serialized = super::super::mesh::serialized_example(4);
+    for (plugin, mesh) in
+        [("obj", OBJ.as_bytes()), ("ply", PLY.as_bytes()), ("serialized", &serialized)]
+    {
         let info = supported()
             .find(|p| p.category() == Category::Shape && p.name == plugin)
             .expect("in the table");
@@ -42,6 +45,7 @@ fn every_property_has_an_effect() {
             let set = |value| shape(&format!("<boolean name='{name}' value='{value}'/>"));
             let changed = match name {
                 "to_world" => shape("<transform name='to_world'><translate x='2'/></transform>"),
+                "shape_index" => shape("<integer name='shape_index' value='1'/>"),
                 _ if property.default.to_string() == "true" => set(false),
                 _ => set(true),
             };
@@ -62,7 +66,7 @@ fn dropped_triangles_are_one_warning() {
         ("v 1e38 0 0", "with coordinates of 1.844e18 or more"),
     ] {
         let far = OBJ.replace("v 1 0 0", vertex);
-        let loaded = load("obj", &(far + "v 1 0 0\nf 1 4 3\nf 1 1 4\n"), "").expect("valid");
+        let loaded = load("obj", far + "v 1 0 0\nf 1 4 3\nf 1 1 4\n", "").expect("valid");
         let warnings: Vec<_> = loaded.warnings.iter().map(|w| w.message.clone()).collect();
         assert_eq!(warnings, [format!("left out 1 triangle without area and 2 triangles {why}")]);
     }
@@ -71,7 +75,7 @@ fn dropped_triangles_are_one_warning() {
 #[test]
 fn broken_meshes_are_located_in_both_files() {
     let error =
-        load("obj", &OBJ.replace("v 1 0 0", "v 1 zero 0"), "").map(|_| ()).expect_err("broken");
+        load("obj", OBJ.replace("v 1 0 0", "v 1 zero 0"), "").map(|_| ()).expect_err("broken");
     let problem = &error.problems()[0];
     assert_eq!(problem.position.as_ref().map(|p| (p.line, p.column)), Some((2, 50)));
     assert!(problem.message.contains("mesh.obj:2:5: expected a number, found `zero`"), "{error}");
