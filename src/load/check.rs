@@ -72,7 +72,7 @@ fn check_scene(graph: &Graph, scene: &Node, issues: &mut Vec<Issue>) {
 fn check_object(
     graph: &Graph,
     node: &Node,
-    plugin: &Plugin,
+    plugin: &'static Plugin,
     issues: &mut Vec<Issue>,
     warnings: &mut Vec<Issue>,
 ) {
@@ -84,7 +84,7 @@ fn check_object(
         match (plugin.property(&property.name), &property.value) {
             (None, _) => {
                 let Property { name, name_place, .. } = property;
-                issues.push(unknown_property(name, *name_place, &object, plugin));
+                issues.push(unknown_property(name, *name_place, &object, names_of(plugin)));
             }
             (Some(info), Some(Value::Spectrum(s))) if info.kind.color_bounds().is_some() => {
                 match check_spectrum(property, s, info, plugin.light()) {
@@ -123,7 +123,7 @@ fn takes_textures(plugin: &Plugin) -> bool {
 fn check_texture(
     node: &Node,
     child: &Child,
-    plugin: &Plugin,
+    plugin: &'static Plugin,
     object: &str,
     issues: &mut Vec<Issue>,
 ) {
@@ -146,7 +146,7 @@ fn check_texture(
                 let message = format!("{object}: a texture inside it needs a `name`");
                 Issue::new(*place, message)
             } else {
-                unknown_property(name, *place, object, plugin)
+                unknown_property(name, *place, object, names_of(plugin))
             };
             let help = if names().next().is_none() {
                 format!("{object} takes no textures")
@@ -158,13 +158,22 @@ fn check_texture(
     }
 }
 
-fn unknown_property(name: &str, place: Place, object: &str, plugin: &Plugin) -> Issue {
-    let names = || plugin.properties.iter().map(|p| p.name);
-    let hint = did_you_mean(name, names());
+fn names_of(plugin: &'static Plugin) -> impl Iterator<Item = &'static str> + Clone {
+    plugin.properties.iter().map(|p| p.name)
+}
+
+/// A property that is not one of `names`, those that the object takes.
+pub(super) fn unknown_property(
+    name: &str,
+    place: Place,
+    object: &str,
+    names: impl Iterator<Item = &'static str> + Clone,
+) -> Issue {
+    let hint = did_you_mean(name, names.clone());
     let message = format!("{object}: unexpected property `{name}`{hint}");
-    let help = match plugin.properties {
-        [] => format!("{object} takes no properties"),
-        _ => format!("expected one of {}", quoted(names())),
+    let help = match names.clone().next() {
+        None => format!("{object} takes no properties"),
+        Some(_) => format!("expected one of {}", quoted(names)),
     };
     Issue::new(place, message).with_help(help)
 }

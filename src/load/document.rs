@@ -162,6 +162,36 @@ pub(super) struct Attribute {
 }
 
 impl Element {
+    /// An element that stands for what is at `place`.
+    pub(super) fn new(tag: &str, place: Place) -> Self {
+        Self {
+            tag: tag.into(),
+            place,
+            attributes: Vec::new(),
+            children: Vec::new(),
+            stray_text: None,
+            comment: None,
+        }
+    }
+
+    /// The same with an attribute, which has no place of its own.
+    pub(super) fn with(mut self, name: &str, value: impl Into<String>) -> Self {
+        self.attributes.push(Attribute {
+            name: name.into(),
+            value: value.into(),
+            place: self.place,
+            value_place: self.place,
+            unknown: false,
+        });
+        self
+    }
+
+    /// The same with these elements inside it.
+    pub(super) fn containing(mut self, children: Vec<Element>) -> Self {
+        self.children = children;
+        self
+    }
+
     /// The attribute of that name.
     pub(super) fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|a| a.name == name)

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::{Element, Place, Sources, parse};
+use super::nori;
 use super::problem::{Issue, did_you_mean};
 use super::substitute::{Parameters, SubstituteError};
 
@@ -30,6 +31,8 @@ pub(super) struct Expander {
     pub(super) issues: Vec<Issue>,
     /// What may not be as meant.
     pub(super) warnings: Vec<Issue>,
+    /// Whether the first file is a scene of Nori's.
+    pub(super) is_nori: bool,
     /// Whether elements are missing from the tree, because of one of the issues.
     pub(super) incomplete: bool,
     /// Canonical names of the files that are open, outermost first.
@@ -45,6 +48,7 @@ impl Expander {
             parameters,
             issues: Vec::new(),
             warnings: Vec::new(),
+            is_nori: false,
             incomplete: false,
             open: Vec::new(),
             includes: 0,
@@ -100,6 +104,10 @@ impl Expander {
     /// Takes `version` off the root element and notes it.
     fn read_version(&mut self, root: &mut Element, file: u32) {
         let Some(at) = root.attributes.iter().position(|a| a.name == "version") else {
+            if file == 0 && nori::is_scene(root) {
+                self.is_nori = true;
+                return;
+            }
             let message = format!("<{}> lacks the attribute `version`", root.tag);
             self.issues.push(Issue::new(root.place, message).with_help("add version=\"3.0.0\""));
             return;

@@ -1,8 +1,8 @@
-//! Files in: Mitsuba 3 scenes, and the meshes that they name.
+//! Files in: Mitsuba 3 scenes and Nori's, and the meshes that they name.
 //!
 //! A scene passes through stages, one file each: `document` reads XML and keeps positions, `expand`
-//! joins included files and substitutes parameters, `upgrade` brings older versions up to date, `graph`
-//! finds objects and references, `check` compares them with the table of [`plugins`], and `assemble`
+//! joins included files and substitutes parameters, `upgrade` brings older versions up to date and `nori`
+//! says in Mitsuba's words what scenes of Nori say, `graph` finds objects and references, `check` compares them with the table of [`plugins`], and `assemble`
 //! calls the constructors that the table names. Every stage reports all that it finds wrong. Those up to the
 //! check run in any case, so that one error says all that is unsupported; objects are built only if there
 //! is none.
@@ -24,6 +24,7 @@ mod indices;
 mod integrator;
 pub mod mesh;
 mod metals;
+mod nori;
 pub mod plugins;
 mod precision;
 pub mod problem;
@@ -88,7 +89,7 @@ fn load(
 ) -> Result<Loaded, LoadError> {
     let mut expander = Expander::new(Parameters::new(&options.defines));
     let root = open(&mut expander);
-    let Expander { sources, parameters, issues, mut warnings, incomplete, .. } = expander;
+    let Expander { sources, parameters, issues, mut warnings, incomplete, is_nori, .. } = expander;
     warnings.extend(parameters.unused().map(|(name, value)| {
         Issue::new(
             Place::whole(0),
@@ -104,6 +105,9 @@ fn load(
     let Some(mut root) = root else {
         return Err(LoadError::new(&notes.issues, &sources));
     };
+    if is_nori {
+        nori::translate(&mut root, &mut notes.issues);
+    }
     upgrade::upgrade(&mut root, &sources);
     let graph = graph::build(&root, incomplete, &mut notes.issues);
     check::check(&graph, &sources, &mut notes);

@@ -1,6 +1,6 @@
 //! Scenes of older versions, in the words of version 3.
 
-use super::document::{Attribute, Element, Sources};
+use super::document::{Element, Sources};
 
 /// Renames what versions before 3 named otherwise, in the parts of the tree that come from such files:
 /// `toWorld` to `to_world`, `intIOR` to `int_ior`, `<lookAt>` to `<lookat>` and so on.
@@ -53,21 +53,8 @@ fn offsets_to_map(texture: &mut Element) {
         steps.extend(step);
     }
     let Some(first) = steps.first() else { return };
-    let name = Attribute {
-        name: "name".into(),
-        value: "to_uv".into(),
-        place: first.place,
-        value_place: first.place,
-        unknown: false,
-    };
-    let map = Element {
-        tag: "transform".into(),
-        place: first.place,
-        attributes: vec![name],
-        children: steps,
-        stray_text: None,
-        comment: None,
-    };
+    let map = Element::new("transform", first.place).with("name", "to_uv");
+    let map = map.containing(steps);
     texture.children.push(map);
 }
 

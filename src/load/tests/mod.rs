@@ -11,6 +11,7 @@ mod format;
 mod fuzz;
 mod meshes;
 mod messages;
+mod nori;
 mod textures;
 
 const SENSOR: &str = "<sensor type=\"perspective\"/>";
