@@ -39,9 +39,9 @@ const HELP: &str = "Ctrl-C stops and keeps what was measured; with --report the 
          (bootstrap) and for times the fastest and the slowest run. RMSE, relMSE and efficiency are without the \
          reference's own noise; an error of less than half of that counts as the half, and ≥ stands before the \
          efficiency. A setting is biased if Student's t-test of its mean differences rejects chance (0.01 for all \
-         settings together, after Sidak; the reference's error counts) and they are more than 1e-6 of the \
-         reference's mean, which rounding explains; light that none of its samples has met counts as bias. \
-         Efficiency is 1/(MSE * seconds), or 1/(trimmed * seconds), over \
+         settings together, after Sidak; the reference's error counts, and independent samples are as noisy as where \
+         their series is noisiest) and they are more than 1e-6 of the reference's mean, which rounding explains; light \
+         that none of its samples has met counts as bias. Efficiency is 1/(MSE * seconds), or 1/(trimmed * seconds), over \
          that of the base with as many samples; Welch's t-test of its logarithm tells settings apart (0.01 for \
          all). The slope is that of log RMSE over log samples, -0.5 for an unbiased estimator with independent \
          samples.\n\n{HELP}"
@@ -464,7 +464,8 @@ fn rows(findings: &Findings) -> String {
     let numbers: Vec<usize> = (1..names.len()).collect();
     table(&rows, &numbers)
         + "\n  efficiency: 1/(MSE·s) over that of the base with as many samples, and its 95 % interval; ~ if not \
-           told apart,\n  ≥ if the error is too small for the reference to tell.\n  trimmed: relMSE without the worst 0.1 % of pixels, and the efficiency by that\n"
+           told apart,\n  ≥ if the error is too small for the reference to tell.\n  trimmed: relMSE without the worst \
+           0.1 % of pixels, and the efficiency by that\n"
 }
 
 /// The knobs with their values.
@@ -481,5 +482,7 @@ fn knobs_help() -> String {
             help += &format!("\n  {key}: one of: {} (backend {backend})", values.join(", "));
         }
     }
+    help += "\nAnother filter, max_depth, integrator or clamp than the reference's makes another picture, and that \
+             counts as error.";
     help
 }

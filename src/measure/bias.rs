@@ -29,11 +29,10 @@ pub const ROUNDING: f64 = 1.0 / 1_048_576.0;
 
 impl Bias {
     /// Student's t-test of the mean difference over seeds, where the reference's error counts too; `tests` of
-    /// them are made in all.
-    pub(super) fn of(runs: &[&Run], reference_error: f64, tests: usize) -> Self {
-        let values: Vec<f64> = runs.iter().map(|r| r.metrics.bias).collect();
-        let moments = Moments::of(&values);
-        let (own, its) = (moments.standard_error().powi(2), reference_error.powi(2));
+    /// them are made in all. The squared standard error of the runs' own mean is taken for `least` at least.
+    pub(super) fn of(runs: &[&Run], least: f64, reference_error: f64, tests: usize) -> Self {
+        let moments = moments(runs);
+        let (own, its) = (moments.standard_error().powi(2).max(least), reference_error.powi(2));
         let error = (own + its).sqrt();
         // Satterthwaite 1946; the reference's error comes from so many pixels that it counts as known.
         let freedom = (own + its).powi(2) / (own * own) * (moments.count as f64 - 1.0);
@@ -54,6 +53,20 @@ impl Bias {
     }
 }
 
+fn moments(runs: &[&Run]) -> Moments {
+    Moments::of(&runs.iter().map(|r| r.metrics.bias).collect::<Vec<_>>())
+}
+
+/// The variance that one sample of every pixel gives the mean of a picture, from settings that differ in the number
+/// of samples alone: runs, with their samples per pixel, which must be independent. Since noise falls as 1/n, all
+/// of them tell it; the largest counts. Where light is rare, pictures that have missed it seem certain.
+pub(super) fn noise_of_sample<'a>(series: impl Iterator<Item = (&'a [&'a Run], u32)>) -> f64 {
+    let of = |(runs, samples): (&[&Run], u32)| {
+        moments(runs).standard_error().powi(2) * runs.len() as f64 * f64::from(samples)
+    };
+    series.map(of).fold(0.0, f64::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,7 +76,7 @@ mod tests {
     fn bias_of(value: f64, spread: f64, reference_error: f64) -> Bias {
         let off = |k: u32| value + if k % 2 == 0 { spread } else { -spread };
         let runs: Vec<Run> = (0..8).map(|k| run("base", k, 1.0, 1.0, off(k))).collect();
-        Bias::of(&runs.iter().collect::<Vec<_>>(), reference_error, 1)
+        Bias::of(&runs.iter().collect::<Vec<_>>(), 0.0, reference_error, 1)
     }
 
     /// The reference's error counts: a mean off by 3 standard errors of its own is no bias if the reference
@@ -87,5 +100,23 @@ mod tests {
         assert!(bias_of(4.0 * ROUNDING, 0.0, 0.0).is_biased);
         let none = bias_of(0.0, 0.0, 0.0);
         assert_eq!((none.relative, none.relative_error, none.p_value), (0.0, 0.0, 1.0));
+    }
+
+    /// Pictures with 16 samples that have missed rare light, and such with 4 that have met it: their noise of 0.4
+    /// for 4 samples is 0.2 for 16.
+    #[test]
+    fn a_series_has_one_noise() {
+        let runs = |value: f64, spread: f64| -> Vec<Run> {
+            let off = |k: u32| value + if k % 2 == 0 { spread } else { -spread };
+            (0..8).map(|k| run("base", k, 1.0, 1.0, off(k))).collect()
+        };
+        let (some, none) = (runs(0.0, 0.4), runs(-0.1, 0.01));
+        let [some, none] = [&some, &none].map(|runs| runs.iter().collect::<Vec<_>>());
+        let noise = noise_of_sample([(some.as_slice(), 4), (none.as_slice(), 16)].into_iter());
+        let variance = 0.4 * 0.4 * 8.0 / 7.0;
+        assert!((noise - 4.0 * variance).abs() < 1e-12);
+        let least = noise / (8.0 * 16.0);
+        assert!(Bias::of(&none, 0.0, 0.0, 1).is_biased);
+        assert!(!Bias::of(&none, least, 0.0, 1).is_biased);
     }
 }

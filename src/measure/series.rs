@@ -61,8 +61,11 @@ fn line(settings: &[Summary], label: &str) -> Option<Line> {
     let usable = |s: &&Summary| s.mse.mean > 0.0 && !s.is_unresolved && s.runs > 1;
     let members: Vec<&Summary> =
         settings.iter().filter(|s| s.series == label).filter(usable).collect();
+    // The MSEs of a series are nearly as certain as each other; where light is rare, those that have missed it seem
+    // the most certain.
+    let relative = |s: &&Summary| s.mse.deviation / s.mse.mean / (s.runs as f64).sqrt();
+    let relative = members.iter().map(relative).fold(0.0, f64::max);
     let point = |s: &&Summary| {
-        let relative = s.mse.deviation / s.mse.mean / (s.runs as f64).sqrt();
         // Half of the relative error of the MSE is that of its root, and that of the logarithm.
         (f64::from(s.samples_per_pixel).ln(), s.rmse.ln(), 0.5 * relative)
     };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::bench::Run;
-use super::bias::Bias;
+use super::bias::{Bias, noise_of_sample};
 use super::efficiency::{Comparison, MSE, REL_MSE, TRIMMED, compare, efficiency, interval};
 use super::metrics::Metrics;
 use super::plan::Candidate;
@@ -122,12 +122,20 @@ impl Findings {
             let same = like.clone().find(|(c, _)| samples(c) == samples(candidate));
             same.or_else(|| like.clone().find(|(c, _)| c.is_base)).map(|(_, runs)| runs)
         };
+        // Samples that are spread evenly are not independent.
+        let independent = groups.iter().filter(|(c, _)| c.setting.sampler != SamplerKind::Sobol);
+        let noise = |candidate: &Candidate| {
+            let series = independent.clone().filter(|(c, _)| c.series() == candidate.series());
+            noise_of_sample(series.map(|(c, runs)| (runs.as_slice(), c.setting.samples_per_pixel)))
+        };
         let summary = |(candidate, runs): &(&Candidate, Vec<&Run>)| {
             let partner = partner(candidate).filter(|_| !candidate.in_base_series);
+            let samples = f64::from(candidate.setting.samples_per_pixel) * runs.len() as f64;
+            let bias = Bias::of(runs, noise(candidate) / samples, reference_error, tests);
             Summary {
                 compared: partner.map(|base| compare(runs, base, compared, MSE)),
                 compared_trimmed: partner.map(|base| compare(runs, base, compared, TRIMMED)),
-                ..summarize(candidate, runs, reference_error, tests)
+                ..summarize(candidate, runs, bias)
             }
         };
         let settings: Vec<Summary> = groups.iter().map(summary).collect();
@@ -151,7 +159,7 @@ fn spread(runs: &[&Run], value: impl Fn(&Metrics) -> f64) -> Spread {
     Spread { mean, deviation }
 }
 
-fn summarize(candidate: &Candidate, runs: &[&Run], reference_error: f64, tests: usize) -> Summary {
+fn summarize(candidate: &Candidate, runs: &[&Run], bias: Bias) -> Summary {
     let seconds = sorted(runs.iter().map(|r| r.seconds));
     let mse = spread(runs, Metrics::true_mse);
     Summary {
@@ -176,7 +184,7 @@ fn summarize(candidate: &Candidate, runs: &[&Run], reference_error: f64, tests: 
         rel_se_max: spread(runs, |m| m.rel_se_max),
         smape: spread(runs, |m| m.smape),
         flip: spread(runs, |m| m.flip),
-        bias: Bias::of(runs, reference_error, tests),
+        bias,
         is_unresolved: [MSE, REL_MSE].into_iter().any(|error| error.is_unresolved(runs)),
         efficiency: interval(runs, &|chosen| efficiency(chosen, MSE)),
         compared: None,
@@ -281,7 +289,7 @@ pub(super) mod tests {
                 .iter()
                 .map(|c| runs.iter().filter(|r| r.setting == c.label()).collect())
                 .collect();
-            let any_bias = groups.iter().any(|runs| Bias::of(runs, 0.0, 3).is_biased);
+            let any_bias = groups.iter().any(|runs| Bias::of(runs, 0.0, 0.0, 3).is_biased);
             let differs = |runs: &Vec<&Run>| {
                 p_value(runs, &groups[0], MSE) < significance_each(SIGNIFICANCE, 2)
             };
@@ -380,5 +388,23 @@ pub(super) mod tests {
             sentences[0],
             "relMSE 0.01 is not reached: no possible number of samples is enough."
         );
+    }
+
+    /// MSE 1/n, and means that are off: the slope is that of an unbiased estimator, which it is not called.
+    #[test]
+    fn a_biased_series_is_not_called_unbiased() {
+        let candidates: Vec<_> =
+            [1, 4, 16].map(|spp| candidate(&[("spp", &spp.to_string())], spp)).into();
+        let of = |c: &Candidate, k: u32| {
+            let wobble = 1.0 + 0.01 * f64::from(k);
+            let mse = wobble / f64::from(c.setting.samples_per_pixel);
+            run(&c.label(), k, 1.0, mse, 0.3 * wobble)
+        };
+        let runs: Vec<Run> = candidates.iter().flat_map(|c| (0..8).map(|k| of(c, k))).collect();
+        let findings = Findings::of(&candidates, &runs, 0.0);
+        let sentences = crate::measure::report::verdict(&findings, &runs, 0.01);
+        let expected = "\"base\": the error falls as samples to the power −0.50 ± 0.00, but only while its noise is \
+                        larger than its bias.";
+        assert_eq!(sentences[4], expected, "{sentences:?}");
     }
 }

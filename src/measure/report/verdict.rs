@@ -12,7 +12,7 @@ use super::{seconds, significant};
 pub fn verdict(findings: &Findings, runs: &[Run], target: f64) -> Vec<String> {
     let mut sentences = vec![reached(findings, runs, target)];
     sentences.extend(findings.settings.iter().filter(|s| s.bias.is_biased).map(biased));
-    sentences.extend(findings.series.iter().filter_map(slope));
+    sentences.extend(findings.series.iter().filter_map(|series| slope(findings, series)));
     sentences.extend(unresolved(findings));
     let alike = alike(findings);
     if !alike.is_empty() {
@@ -28,9 +28,14 @@ pub fn verdict(findings: &Findings, runs: &[Run], target: f64) -> Vec<String> {
 }
 
 /// How fast a series converges.
-fn slope(series: &Series) -> Option<String> {
+fn slope(findings: &Findings, series: &Series) -> Option<String> {
     let ((slope, error), verdict) = (series.slope?, series.verdict?);
+    let mut settings = findings.settings.iter().filter(|s| s.series == series.label);
+    let is_biased = settings.any(|s| s.bias.is_biased);
     let what = match verdict {
+        SlopeVerdict::AsExpected | SlopeVerdict::NotToldApart if is_biased => {
+            "but only while its noise is larger than its bias"
+        }
         SlopeVerdict::AsExpected => "as an unbiased estimator does",
         SlopeVerdict::NotToldApart => {
             "which is not told apart from the −0.5 of an unbiased estimator"
@@ -142,7 +147,7 @@ fn method(findings: &Findings) -> String {
     format!(
         "From {seeds} seeds for each setting. A setting is called biased if p < {level:.2e} (Student's t, \
          Šidák's correction for {tests} settings): in {} % of experiments without bias one is called so by \
-         chance. The same holds for settings that differ from the base (Welch's t), and for slopes (Student's t). Intervals \
+         chance, or in more where light is so rare that few pictures meet it. The same holds for settings that differ from the base (Welch's t), and for slopes (Student's t). Intervals \
          hold 95 % (bootstrap over seeds).",
         SIGNIFICANCE * 100.0
     )
