@@ -202,23 +202,27 @@ fn scene(shutter: (f64, f64), spp: u32, seed: u32) -> Description {
 /// The mean of many still pictures, each at a random moment, is the picture of the open shutter.
 #[test]
 fn a_shutter_is_the_mean_of_its_moments() {
+    for &backend in Backend::AVAILABLE {
+        compare_with_moments(backend);
+    }
+}
+
+fn compare_with_moments(backend: Backend) {
     const PICTURES: u32 = 96;
     let moments = points(7, PICTURES).enumerate();
     let stills: Vec<_> = moments
         .map(|(i, u)| {
             // Stratified: the moments are spread as those of samples are, with less noise.
             let time = (i as f64 + f64::from(u.x)) / f64::from(PICTURES);
-            picture(&scene((time, time), 4, i as u32), Backend::default()).radiance()
+            picture(&scene((time, time), 4, i as u32), backend).radiance()
         })
         .collect();
     let of = |shutter| -> Vec<_> {
-        (0..PICTURES)
-            .map(|i| picture(&scene(shutter, 4, 1000 + i), Backend::default()).radiance())
-            .collect()
+        (0..PICTURES).map(|i| picture(&scene(shutter, 4, 1000 + i), backend).radiance()).collect()
     };
     let (open, half) = (of((0.0, 1.0)), of((0.0, 0.5)));
     let pixels = stills[0].len();
-    let level = significance_each(pixels);
+    let level = significance_each(pixels * Backend::AVAILABLE.len());
     let at = |pictures: &[Vec<Vec3A>], i: usize| {
         Moments::of(pictures.iter().map(|p| f64::from(p[i].element_sum())))
     };
@@ -227,10 +231,10 @@ fn a_shutter_is_the_mean_of_its_moments() {
         (0..pixels).map(p).fold(1.0, f64::min)
     };
     let p = worst(&stills, &open);
-    assert!(p >= level, "{p} < {level}");
+    assert!(p >= level, "{backend}: {p} < {level}");
     // Half of the time shows another picture.
     let p = worst(&stills, &half);
-    assert!(p < level, "{p}");
+    assert!(p < level, "{backend}: {p}");
 }
 
 /// A shutter without length is no motion: the same picture, to the last bit, as of what stands where it is at

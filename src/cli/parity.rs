@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use telamon::camera::Camera;
 use telamon::film::output::{OutputError, check_writable};
 use telamon::intersect::{self, Accel};
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
 use telamon::load::{LoadOptions, load_scene};
-use telamon::parity::{self, Budget, Contender, Generated, RaySource, RecordWriter, Recorded};
-use telamon::shape::{Geometry, Shape};
+use telamon::parity::{
+    self, Budget, Contender, Generated, RaySource, RecordWriter, Recorded, View,
+};
+use telamon::shape::Shape;
 
 use super::message::{self, Failure, warn};
 use super::progress::{Bar, millions_per_second};
@@ -99,7 +100,7 @@ pub(super) struct Arguments {
 /// What is to be traced.
 struct Subject {
     shapes: Vec<Arc<dyn Shape>>,
-    camera: Option<Camera>,
+    view: Option<View>,
 }
 
 /// Engines that spoil their budget.
@@ -119,15 +120,10 @@ impl Arguments {
     }
 
     fn compare(&self) -> Result<Ending, Failure> {
-        let Subject { shapes, camera } = self.load()?;
-        if shapes.iter().any(|shape| matches!(shape.geometry(), Geometry::Instance(_))) {
-            return Err(Failure::new(
-                "the referee knows no instances: compare their shapes by themselves".to_owned(),
-            ));
-        }
+        let Subject { shapes, view } = self.load()?;
         let rays: Box<dyn RaySource> = match &self.replay {
             Some(path) => Box::new(Recorded::read(path)?),
-            None => Box::new(Generated::new(&shapes, camera, self.seed, self.rays)),
+            None => Box::new(Generated::new(&shapes, view, self.seed, self.rays)),
         };
         let accels =
             if self.engines.is_empty() { parity::every_mode() } else { self.engines.clone() };
@@ -197,7 +193,8 @@ impl Arguments {
             let loaded = load_scene(&self.input, &options).map_err(|e| Failure::of_scene(&e))?;
             message::warn_of_scene(&loaded.warnings);
             let description = loaded.description;
-            Ok(Subject { shapes: description.scene.shapes(), camera: Some(description.camera) })
+            let view = (description.camera, description.camera_motion);
+            Ok(Subject { shapes: description.scene.shapes(), view: Some(view) })
         }
     }
 
@@ -205,6 +202,6 @@ impl Arguments {
         for warning in loaded.warnings() {
             warn(format!("{}: {warning}", self.input.display()));
         }
-        Subject { shapes: vec![Arc::new(loaded.mesh)], camera: None }
+        Subject { shapes: vec![Arc::new(loaded.mesh)], view: None }
     }
 }

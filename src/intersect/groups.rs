@@ -1,17 +1,16 @@
-//! The engines that instances share: one over each group.
+//! What instances share: one engine, or one referee, over each group.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::BuildError;
 use crate::shape::{Geometry, Shape};
 
 /// By shape, what `build` makes of the shapes of an instance's group, once for each group. Empty if there
 /// is no instance.
-pub(super) fn build_groups<E>(
+pub(crate) fn build_groups<E, F>(
     shapes: &[Arc<dyn Shape>],
-    mut build: impl FnMut(&[Arc<dyn Shape>]) -> Result<E, BuildError>,
-) -> Result<Vec<Option<Arc<E>>>, BuildError> {
+    mut build: impl FnMut(&[Arc<dyn Shape>]) -> Result<E, F>,
+) -> Result<Vec<Option<Arc<E>>>, F> {
     let mut built = HashMap::new();
     let mut engine = |shape: &Arc<dyn Shape>| {
         let Geometry::Instance(instance) = shape.geometry() else {

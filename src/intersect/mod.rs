@@ -15,7 +15,7 @@ pub mod accel;
 pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
-mod groups;
+pub(crate) mod groups;
 mod lanes;
 pub mod recorder;
 mod triangle;

@@ -3,14 +3,18 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{DVec3, Vec2, Vec3, Vec3A};
 
 use super::{Family, RaySource};
 use crate::camera::Camera;
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
 use crate::sampler::{Independent, PathSampler};
-use crate::shape::{Geometry, Shape, SurfacePoint};
+use crate::scene::CameraMotion;
+use crate::shape::{Geometry, Instance, Shape, SurfacePoint};
+
+/// A camera, and how it moves if it does.
+pub type View = (Camera, Option<CameraMotion>);
 
 /// Rays of all families in turn.
 #[derive(Debug)]
@@ -21,9 +25,44 @@ pub struct Generated {
     primitives: usize,
     center: Vec3A,
     size: f32,
-    camera: Option<Camera>,
+    view: Option<View>,
     sampler: Independent,
+    /// Where moments within the shutter come from.
+    moments: Independent,
     count: u64,
+}
+
+/// The random numbers of a ray, and its time.
+struct Draw<'a> {
+    numbers: PathSampler<'a>,
+    time: f32,
+}
+
+impl Draw<'_> {
+    fn next_1d(&mut self) -> f32 {
+        self.numbers.next_1d()
+    }
+
+    fn next_2d(&mut self) -> Vec2 {
+        self.numbers.next_2d()
+    }
+}
+
+/// A primitive of a shape; of one in a group if it is an instance.
+struct Pick<'a> {
+    shape: &'a dyn Shape,
+    member: u32,
+    primitive: u32,
+}
+
+impl<'a> Pick<'a> {
+    /// The shape that has the primitive, and the instance that it is in.
+    fn part(&self) -> (&'a dyn Shape, Option<&'a Instance>) {
+        match self.shape.geometry() {
+            Geometry::Instance(i) => (i.group().shapes()[self.member as usize].as_ref(), Some(i)),
+            _ => (self.shape, None),
+        }
+    }
 }
 
 /// A point on a surface, as families aim at it.
@@ -36,13 +75,14 @@ struct Target {
 }
 
 impl Generated {
-    /// `count` rays around `shapes`. Without a `camera`, one looks at all of them from a corner.
+    /// `count` rays around `shapes`. Without a `view`, a camera looks at all of them from a corner.
     #[must_use]
-    pub fn new(shapes: &[Arc<dyn Shape>], camera: Option<Camera>, seed: u64, count: u64) -> Self {
+    pub fn new(shapes: &[Arc<dyn Shape>], view: Option<View>, seed: u64, count: u64) -> Self {
         let mut primitives = 0;
-        let starts = shapes.iter().map(|s| {
-            primitives += s.primitive_count();
-            primitives - s.primitive_count()
+        let starts = shapes.iter().map(|shape| {
+            let start = primitives;
+            primitives += primitives_of(shape.as_ref());
+            start
         });
         let starts = starts.collect();
         let bounds = shapes.iter().map(|s| s.bounds()).filter(|b| !b.is_empty());
@@ -56,71 +96,99 @@ impl Generated {
             center: (bounds.max * 0.5 + bounds.min * 0.5).into(),
             // The half diagonal; the smallest number that divides, for a scene of one point.
             size: (half.as_dvec3().length() as f32).max(f32::MIN_POSITIVE),
-            camera,
+            view,
             sampler: Independent::new(seed),
+            moments: Independent::new(!seed),
             count,
         }
     }
 
     /// A point around the scene: of a cube twice as large, or ten times as large for one in four.
-    fn around(&self, u: &mut PathSampler<'_>) -> Vec3A {
+    fn around(&self, u: &mut Draw<'_>) -> Vec3A {
         let reach = if u.next_1d() < 0.75 { 1.0 } else { 5.0 } * self.size;
         self.center + (Vec3A::new(u.next_1d(), u.next_1d(), u.next_1d()) * 2.0 - 1.0) * reach
     }
 
-    fn primitive(&self, u: &mut PathSampler<'_>) -> Option<(&dyn Shape, u32)> {
+    fn primitive(&self, u: &mut Draw<'_>) -> Option<Pick<'_>> {
         if self.primitives == 0 {
             return None;
         }
-        let pick = (u.next_choice().x * self.primitives as f64) as usize;
+        let pick = (u.numbers.next_choice().x * self.primitives as f64) as usize;
         let pick = pick.min(self.primitives - 1);
         // Shapes without primitives start where the next one does.
         let shape = self.starts.partition_point(|&s| s <= pick) - 1;
-        Some((self.shapes[shape].as_ref(), (pick - self.starts[shape]) as u32))
+        let mut primitive = pick - self.starts[shape];
+        let shape = self.shapes[shape].as_ref();
+        let mut member = 0;
+        if let Geometry::Instance(instance) = shape.geometry() {
+            let counts = instance.group().shapes().iter().map(|s| s.primitive_count());
+            for count in counts {
+                if primitive < count {
+                    break;
+                }
+                (member, primitive) = (member + 1, primitive - count);
+            }
+        }
+        Some(Pick { shape, member, primitive: primitive as u32 })
     }
 
     /// A point of a surface, uniform within a primitive that is drawn from all alike.
-    fn target(&self, u: &mut PathSampler<'_>) -> Target {
-        let primitive = self.primitive(u);
+    fn target(&self, u: &mut Draw<'_>) -> Target {
+        let pick = self.primitive(u);
         let uv = u.next_2d();
-        let (point, surface) = match primitive.map(|(shape, i)| (shape, shape.geometry(), i)) {
-            Some((shape, Geometry::Triangles { positions, triangles }, primitive)) => {
-                let b = warp::square_to_uniform_triangle(uv);
-                let hit = Hit { t: 0.0, u: b.x, v: b.y, shape: 0, primitive, member: 0 };
-                let surface = shape.surface(&Ray::new(Vec3A::ZERO, Vec3A::Z), &hit);
-                let corners = triangles[primitive as usize].map(|i| positions[i as usize]);
-                let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
-                let b = b.as_dvec2();
-                (p0 + (p1 - p0) * b.x + (p2 - p0) * b.y, Some(surface))
-            }
-            Some((shape, Geometry::Analytic(_), primitive)) => {
-                let sample = shape.sample_primitive(primitive as usize, self.around(u), uv);
-                let surface = sample.map(|s| s.point);
-                (surface.map_or(self.center, |s| s.position).as_dvec3(), surface)
-            }
-            Some((_, Geometry::Instance(_), _)) | None => (self.center.as_dvec3(), None),
-        };
+        let (point, surface) =
+            pick.map_or((self.center.as_dvec3(), None), |pick| self.point_of(&pick, uv, u));
         let anywhere = || warp::square_to_uniform_sphere(uv);
         Target { point, normal: surface.map_or_else(anywhere, |s| s.geometric_normal), surface }
     }
 
+    /// A point of a primitive at its moment, and the surface there.
+    fn point_of(
+        &self,
+        pick: &Pick<'_>,
+        uv: Vec2,
+        u: &mut Draw<'_>,
+    ) -> (DVec3, Option<SurfacePoint>) {
+        let (part, instance) = pick.part();
+        let Pick { shape, member, primitive } = *pick;
+        if let Geometry::Triangles { positions, triangles } = part.geometry() {
+            let b = warp::square_to_uniform_triangle(uv);
+            let hit = Hit { t: 0.0, u: b.x, v: b.y, shape: 0, primitive, member };
+            let ray = Ray { time: u.time, ..Ray::new(Vec3A::ZERO, Vec3A::Z) };
+            let corners = triangles[primitive as usize].map(|i| positions[i as usize]);
+            let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
+            let b = b.as_dvec2();
+            let point = p0 + (p1 - p0) * b.x + (p2 - p0) * b.y;
+            let point = instance.map_or(point, |i| i.to_world(u.time).transform_point3(point));
+            return (point, Some(shape.surface(&ray, &hit)));
+        }
+        let sample = part.sample_primitive(primitive as usize, self.around(u), uv);
+        let surface =
+            sample.map(|s| instance.map_or(s.point, |i| i.placed_point(&s.point, u.time)));
+        (surface.map_or(self.center, |s| s.position).as_dvec3(), surface)
+    }
+
     /// The corners of a triangle, beginning with any of them; a surface point thrice for other shapes.
-    fn corners(&self, u: &mut PathSampler<'_>) -> [Vec3A; 3] {
+    fn corners(&self, u: &mut Draw<'_>) -> [Vec3A; 3] {
         let pick = self.primitive(u);
         let turn = (u.next_1d() * 3.0) as usize;
-        if let Some((shape, primitive)) = pick {
-            if let Geometry::Triangles { positions, triangles } = shape.geometry() {
-                let t = triangles[primitive as usize];
-                return [0, 1, 2].map(|i| positions[t[(i + turn) % 3] as usize]);
+        if let Some((pick, (part, instance))) = pick.map(|pick| (pick.primitive, pick.part())) {
+            if let Geometry::Triangles { positions, triangles } = part.geometry() {
+                let t = triangles[pick as usize];
+                let corners = [0, 1, 2].map(|i| positions[t[(i + turn) % 3] as usize]);
+                let Some(instance) = instance else { return corners };
+                let map = instance.to_world(u.time);
+                return corners.map(|p| map.transform_point3(p.as_dvec3()).as_vec3a());
             }
         }
         [self.target(u).point.as_vec3a(); 3]
     }
 
-    fn camera(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn camera(&self, u: &mut Draw<'_>) -> Ray {
         let film = u.next_2d();
-        if let Some(camera) = &self.camera {
-            return camera.ray(film.as_dvec2());
+        if let Some((camera, motion)) = &self.view {
+            let ray = camera.ray(film.as_dvec2());
+            return motion.as_ref().map_or(ray, |motion| motion.carry(&ray, u.time));
         }
         // From three half diagonals away all is within 20 degrees of the axis.
         let back = Vec3A::new(0.6, 0.5, 0.62).normalize();
@@ -131,7 +199,7 @@ impl Generated {
     }
 
     /// Never from surface to surface: faces are flat, so that many such rays would lie in one.
-    fn pair(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn pair(&self, u: &mut Draw<'_>) -> Ray {
         let (from, to) = match u.next_1d() {
             x if x < 0.5 => (self.around(u), self.target(u).point),
             x if x < 0.75 => (self.target(u).point.as_vec3a(), self.around(u).as_dvec3()),
@@ -141,7 +209,7 @@ impl Generated {
         if u.next_1d() < 0.5 { ray.until(distance(from, to)) } else { ray }
     }
 
-    fn bounce(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn bounce(&self, u: &mut Draw<'_>) -> Ray {
         let target = self.target(u);
         let up = warp::square_to_cosine_hemisphere(u.next_2d());
         let side = if u.next_1d() < 0.5 { 1.0 } else { -1.0 };
@@ -151,7 +219,7 @@ impl Generated {
         target.surface.map_or(Ray::new(from, direction), |surface| surface.spawn(direction))
     }
 
-    fn axis(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn axis(&self, u: &mut Draw<'_>) -> Ray {
         let axis = (u.next_1d() * 3.0) as usize;
         let sign = |x: f32| if x < 0.5 { 1.0 } else { -1.0 };
         let mut direction =
@@ -181,7 +249,7 @@ impl Generated {
         Ray::new(origin, Vec3A::from_array(direction))
     }
 
-    fn grazing(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn grazing(&self, u: &mut Draw<'_>) -> Ray {
         let back = self.size * 10f32.powf(-3.0 * u.next_1d());
         let kind = u.next_1d();
         if kind < 0.25 {
@@ -201,14 +269,14 @@ impl Generated {
         Ray::new(target.point.as_vec3a() - direction * back, direction)
     }
 
-    fn inside(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn inside(&self, u: &mut Draw<'_>) -> Ray {
         let target = self.target(u);
         let depth = self.size * 10f32.powf(-4.0 * u.next_1d());
         let direction = unit(warp::square_to_uniform_sphere(u.next_2d()).as_dvec3());
         Ray::new(target.point.as_vec3a() - target.normal * depth, direction)
     }
 
-    fn far(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn far(&self, u: &mut Draw<'_>) -> Ray {
         let away = warp::square_to_uniform_sphere(u.next_2d());
         // With n triangles of about size / √n, the referee's bound of 2⁻¹⁹ of the distance is a few of them
         // wide at most: beyond, anything would be excused.
@@ -219,7 +287,7 @@ impl Generated {
         towards(self.center + away * distance, to)
     }
 
-    fn segment(&self, u: &mut PathSampler<'_>) -> Ray {
+    fn segment(&self, u: &mut Draw<'_>) -> Ray {
         let (from, to) = (self.around(u), self.target(u).point);
         let ray = towards(from, to);
         let t = distance(from, to);
@@ -238,7 +306,7 @@ impl Generated {
         Ray { t_min, t_max, ..ray }
     }
 
-    fn of(&self, family: Family, u: &mut PathSampler<'_>) -> Ray {
+    fn of(&self, family: Family, u: &mut Draw<'_>) -> Ray {
         match family {
             Family::Camera => self.camera(u),
             Family::Pair => self.pair(u),
@@ -267,11 +335,23 @@ impl RaySource for Generated {
 
     fn ray(&self, index: u64) -> (Family, Ray) {
         let family = Family::ALL[(index % Family::ALL.len() as u64) as usize];
-        let mut u = PathSampler::new(&self.sampler, (index >> 32) as u32, index as u32);
-        let ray = self.of(family, &mut u);
+        let (pixel, sample) = ((index >> 32) as u32, index as u32);
         // Both ends of the shutter as often as the moments between.
-        let time = (u.next_1d() * 3.0 - 1.0).clamp(0.0, 1.0);
+        let moment = PathSampler::new(&self.moments, pixel, sample).next_1d();
+        let time = (moment * 3.0 - 1.0).clamp(0.0, 1.0);
+        let numbers = PathSampler::new(&self.sampler, pixel, sample);
+        let ray = self.of(family, &mut Draw { numbers, time });
         (family, Ray { time, ..ray })
+    }
+}
+
+/// Those of a group's shapes for an instance.
+fn primitives_of(shape: &dyn Shape) -> usize {
+    match shape.geometry() {
+        Geometry::Instance(instance) => {
+            instance.group().shapes().iter().map(|s| s.primitive_count()).sum()
+        }
+        _ => shape.primitive_count(),
     }
 }
 

@@ -35,7 +35,7 @@ mod run;
 pub use class::{Answer, Class, Query};
 pub use engines::{budget, every_mode};
 pub use families::{Family, RaySource};
-pub use generate::Generated;
+pub use generate::{Generated, View};
 pub use oracle::Oracle;
 pub use record::{RecordError, RecordWriter, Recorded};
 pub use report::{Budget, Report, Row, Tally};

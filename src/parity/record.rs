@@ -15,6 +15,7 @@ use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 
 use super::hex_float::HexFloat;
+use super::oracle::Encounter;
 use super::{Answer, Contender, Disagreement, Family, Judged, RaySource};
 use crate::film::output::{AtomicFile, OutputError};
 use crate::ray::{Hit, Ray};
@@ -43,6 +44,7 @@ struct Line {
 struct Crossed {
     t: f64,
     shape: u32,
+    member: u32,
     primitive: u32,
 }
 
@@ -65,6 +67,7 @@ struct SaidHit {
     u: HexFloat,
     v: HexFloat,
     shape: u32,
+    member: u32,
     primitive: u32,
 }
 
@@ -100,7 +103,8 @@ impl RecordWriter {
             t_max: Some(HexFloat(ray.t_max)),
             time: Some(HexFloat(ray.time)),
             truth: crossed.and_then(|e| {
-                Some(Crossed { t: e.crossing?, shape: e.shape, primitive: e.primitive })
+                let Encounter { shape, member, primitive, .. } = e;
+                Some(Crossed { t: e.crossing?, shape, member, primitive })
             }),
             answers: answers.iter().map(|a| self.said(a)).collect(),
         };
@@ -134,7 +138,7 @@ impl RecordWriter {
 impl From<Hit> for SaidHit {
     fn from(hit: Hit) -> Self {
         let [t, u, v] = [hit.t, hit.u, hit.v].map(HexFloat);
-        Self { t, u, v, shape: hit.shape, primitive: hit.primitive }
+        Self { t, u, v, shape: hit.shape, member: hit.member, primitive: hit.primitive }
     }
 }
 

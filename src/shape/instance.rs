@@ -168,6 +168,12 @@ impl Instance {
         }
     }
 
+    /// The map at a moment within the shutter.
+    #[must_use]
+    pub fn to_world(&self, time: f32) -> DAffine3 {
+        self.maps(time).to_world
+    }
+
     /// What is placed.
     #[must_use]
     pub fn group(&self) -> &Arc<Group> {
@@ -201,6 +207,30 @@ impl Instance {
         // The way there and back may round a hit at the very end out of the segment.
         let within = t >= ray.t_min && t <= ray.t_max && t < f32::INFINITY;
         within.then_some(Hit { t, u, v, shape: 0, primitive, member: shape })
+    }
+
+    /// A point of a member's surface, where it is at a moment within the shutter.
+    #[must_use]
+    pub fn placed_point(&self, point: &SurfacePoint, time: f32) -> SurfacePoint {
+        let maps = self.maps(time);
+        let position = maps.to_world.transform_point3(point.position.as_dvec3()).as_vec3a();
+        let across = maps.normal_to_world * point.geometric_normal.as_dvec3();
+        let stretch = across.length();
+        let normal = |n: Vec3A| (maps.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
+        let geometric_normal = (across / stretch).as_vec3a();
+        // The member's own offset, as long as the map makes it along the normal; that of the rounding of rays
+        // to the group's space, whose error is that of its coordinates there; and that of the scene's.
+        let own = f64::from(point.offset) / stretch;
+        let of_ray = error_offset(point.geometric_normal, rounding(point.position, Vec3A::ZERO));
+        let of_scene = error_offset(geometric_normal, rounding(position, Vec3A::ZERO));
+        let offset = (own + f64::from(of_ray) / stretch) as f32 + of_scene;
+        SurfacePoint {
+            position,
+            geometric_normal,
+            shading_normal: normal(point.shading_normal),
+            offset,
+            time,
+        }
     }
 
     /// The member that was hit, and the ray and hit as it sees them.
@@ -250,26 +280,7 @@ impl Shape for Instance {
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let (shape, local, hit) = self.member(ray, hit);
-        let point = shape.surface(&local, &hit);
-        let maps = self.maps(ray.time);
-        let position = maps.to_world.transform_point3(point.position.as_dvec3()).as_vec3a();
-        let across = maps.normal_to_world * point.geometric_normal.as_dvec3();
-        let stretch = across.length();
-        let normal = |n: Vec3A| (maps.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
-        let geometric_normal = (across / stretch).as_vec3a();
-        // The member's own offset, as long as the map makes it along the normal; that of the rounding of rays
-        // to the group's space, whose error is that of its coordinates there; and that of the scene's.
-        let own = f64::from(point.offset) / stretch;
-        let of_ray = error_offset(point.geometric_normal, rounding(point.position, Vec3A::ZERO));
-        let of_scene = error_offset(geometric_normal, rounding(position, Vec3A::ZERO));
-        let offset = (own + f64::from(of_ray) / stretch) as f32 + of_scene;
-        SurfacePoint {
-            position,
-            geometric_normal,
-            shading_normal: normal(point.shading_normal),
-            offset,
-            time: ray.time,
-        }
+        self.placed_point(&shape.surface(&local, &hit), ray.time)
     }
 
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {

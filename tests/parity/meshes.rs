@@ -4,9 +4,9 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3A};
-use telamon::math::Frame;
+use telamon::math::{Frame, Motion};
 use telamon::parity::Budget;
-use telamon::shape::{Cylinder, Disk, Shape, Sphere, primitives};
+use telamon::shape::{Cylinder, Disk, Group, Instance, Shape, Sphere, primitives};
 
 use crate::lattice::Lattice;
 use crate::support::meshes::{mesh, sphere_mesh_and_dropped};
@@ -42,8 +42,9 @@ pub(crate) fn all() -> Vec<Subject> {
         near("bowl", vec![uv_sphere(60, 40)]),
         near("slivers", vec![sliver_tube()]),
         near("grid", vec![grid(64)]),
-        near("gyroid", vec![gyroid()]),
+        near("gyroid", vec![gyroid(0.03)]),
         near("coincident faces", vec![cube(), cube(), ball(), disk(), tube()]),
+        near("instances and time", instances()),
         near("tiny", vec![sphere(DVec3::ZERO, 1e-6, 40)]),
         near("huge", vec![sphere(DVec3::ZERO, 1e6, 40)]),
         Subject {
@@ -54,8 +55,43 @@ pub(crate) fn all() -> Vec<Subject> {
     ]
 }
 
+/// Too large for each day.
+pub(crate) fn large() -> Subject {
+    Subject { name: "gyroid, fine", shapes: vec![gyroid(0.0114)], is_far: false }
+}
+
 pub(crate) fn cube() -> Arc<dyn Shape> {
     Arc::new(primitives::cube(DAffine3::IDENTITY, false).0)
+}
+
+/// A group of a mesh, a sphere and a cube that fit into each other: at rest, mirrored, stretched, and moving
+/// as it turns and grows, in front of a square that slides away.
+fn instances() -> Vec<Arc<dyn Shape>> {
+    let group = |shapes| Arc::new(Group::new(shapes).expect("no instance"));
+    let figure = group(vec![sphere(DVec3::ZERO, 1.2, 20), ball(), cube()]);
+    let floor = group(vec![grid(16)]);
+    let still = |map| -> Arc<dyn Shape> {
+        Arc::new(Instance::new(Arc::clone(&figure), map).expect("not singular"))
+    };
+    let moving = |group: &Arc<Group>, keys: Vec<(f64, DAffine3)>| -> Arc<dyn Shape> {
+        let motion = Motion::new(keys).expect("ascending");
+        Arc::new(Instance::moving(Arc::clone(group), motion).expect("not singular"))
+    };
+    let place = |scale: f64, turn: f64, x: f64| {
+        DAffine3::from_scale_rotation_translation(
+            DVec3::splat(scale),
+            glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, turn),
+            DVec3::new(x, 3.0, 1.0),
+        )
+    };
+    let slide = |x: f64| DAffine3::from_translation(DVec3::new(x, -3.0, -4.0));
+    vec![
+        cube(),
+        still(DAffine3::from_translation(DVec3::new(4.0, 0.0, 0.0))),
+        still(DAffine3::from_scale(DVec3::new(-0.3, 2.0, 1.0))),
+        moving(&figure, vec![(0.0, place(0.5, 0.0, -3.0)), (1.0, place(1.5, 1.2, 2.0))]),
+        moving(&floor, vec![(0.0, slide(-8.0)), (0.4, slide(-8.0)), (1.0, slide(0.0))]),
+    ]
 }
 
 fn ball() -> Arc<dyn Shape> {
@@ -183,8 +219,8 @@ fn grid(n: u32) -> Arc<dyn Shape> {
 }
 
 /// The figure of `examples/sculpt`.
-fn gyroid() -> Arc<dyn Shape> {
-    let sculpture = Lattice::new(0.03).surface();
+fn gyroid(half_cell: f32) -> Arc<dyn Shape> {
+    let sculpture = Lattice::new(half_cell).surface();
     let positions = sculpture.vertices.into_iter().map(Vec3A::from).collect();
     Arc::new(mesh(positions, sculpture.triangles))
 }

@@ -19,11 +19,17 @@
 //! there: it covers the ray's surroundings, wherever rounding moves its corners, and an answer that goes
 //! through it is a leak. Neither a closed mesh nor shared indices are needed: edges are compared by the
 //! positions of their ends. If an edge has a side that is bare, the ray is at a silhouette.
+//!
+//! **Instances** are judged in the space of their group, where all engines ask about one and the same ray
+//! ([`Instance::local`](crate::shape::Instance::local)): a referee over the group says what this ray meets, and
+//! distances are taken back to the scene.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use glam::{Vec3, Vec3A};
 
+use crate::intersect::groups::build_groups;
 use crate::math::Aabb;
 use crate::ray::Ray;
 use crate::shape::{Geometry, Shape};
@@ -31,6 +37,7 @@ use crate::shape::{Geometry, Shape};
 mod analytic;
 mod cover;
 mod exact;
+mod nested;
 mod span;
 mod tree;
 mod triangle;
@@ -51,14 +58,15 @@ pub fn bound(reach: f64) -> f64 {
     FACTOR * reach
 }
 
-/// Knows the truth about rays over the shapes that it was built from, of which none may be an instance: those
-/// have no primitives in the scene's space.
+/// Knows the truth about rays over the shapes that it was built from.
 #[derive(Debug)]
 pub struct Oracle {
     shapes: Vec<Arc<dyn Shape>>,
     /// Shape and primitive of each box of the tree.
     primitives: Vec<(u32, u32)>,
     tree: Tree,
+    /// By shape: the referee over the group of an instance. Empty if there is no instance.
+    groups: Vec<Option<Arc<Oracle>>>,
 }
 
 impl Oracle {
@@ -74,10 +82,10 @@ impl Oracle {
         Self::with_tree(shapes, Tree::flat)
     }
 
-    fn with_tree(shapes: &[Arc<dyn Shape>], tree: impl FnOnce(&[Aabb]) -> Tree) -> Self {
+    fn with_tree(shapes: &[Arc<dyn Shape>], tree: fn(&[Aabb]) -> Tree) -> Self {
         let (mut primitives, mut boxes) = (Vec::new(), Vec::new());
         for (shape, index) in shapes.iter().zip(0..) {
-            for primitive in 0..shape.primitive_count() as u32 {
+            for primitive in 0..primitives_of(shape.as_ref()) {
                 primitives.push((index, primitive));
                 boxes.push(match shape.geometry() {
                     Geometry::Triangles { .. } => {
@@ -87,13 +95,23 @@ impl Oracle {
                 });
             }
         }
-        Self { shapes: shapes.to_vec(), primitives, tree: tree(&boxes) }
+        let group = |shapes: &[Arc<dyn Shape>]| Ok::<_, Infallible>(Self::with_tree(shapes, tree));
+        let Ok(groups) = build_groups(shapes, group);
+        Self { shapes: shapes.to_vec(), primitives, tree: tree(&boxes), groups }
     }
 
     /// What lies along a ray.
     #[must_use]
     pub fn examine(&self, ray: &Ray) -> Truth<'_> {
         Truth::new(self, ray)
+    }
+}
+
+/// Boxes that a shape takes in the tree.
+fn primitives_of(shape: &dyn Shape) -> u32 {
+    match shape.geometry() {
+        Geometry::Triangles { triangles, .. } => triangles.len() as u32,
+        Geometry::Analytic(_) | Geometry::Instance(_) => 1,
     }
 }
 

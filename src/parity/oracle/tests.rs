@@ -3,11 +3,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3A};
 
 use super::*;
-use crate::math::Frame;
+use crate::math::{Frame, Motion};
 use crate::parity::{Answer, Class, Generated, RaySource};
 use crate::ray::Hit;
 use crate::sampler::{Independent, PathSampler};
-use crate::shape::{Cylinder, Disk, Sphere, TriangleMesh, primitives};
+use crate::shape::{Cylinder, Disk, Group, Instance, Sphere, TriangleMesh, primitives};
 
 fn mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Arc<dyn Shape> {
     let positions = positions.iter().map(|&p| Vec3A::from_array(p)).collect();
@@ -93,6 +93,37 @@ fn what_a_hit_says_must_be_true() {
     let within = 1.0 + 2.0 * f32::EPSILON;
     assert_eq!(judge(&oracle, &ray, [hit(within, 0.25, 0.5, 0, 0)]), [Class::Same]);
     assert_eq!(judge(&oracle, &ray.until(0.5), [hit(1.0, 0.25, 0.5, 0, 0)]), [Class::False]);
+}
+
+/// The triangle twice as large and 10 to the right, which goes up by 4 while the shutter is open.
+#[test]
+fn instances_are_judged_where_they_are() {
+    let place = |z: f64| {
+        DAffine3::from_translation(DVec3::new(10.0, 0.0, z))
+            * DAffine3::from_scale(DVec3::splat(2.0))
+    };
+    let triangle = mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]);
+    let group = Arc::new(Group::new(vec![fan(8.0), triangle]).expect("no instance"));
+    let motion = Motion::new(vec![(0.0, place(0.0)), (1.0, place(4.0))]).expect("ascending");
+    let oracle = Oracle::new(&[Arc::new(Instance::moving(group, motion).expect("not singular"))]);
+    let said = |t, member| {
+        let hit = Hit { t, u: 0.25, v: 0.5, shape: 0, primitive: 0, member };
+        Answer::Closest(Some(hit))
+    };
+    for (time, t) in [(0.0, 1.0), (0.5, 3.0), (1.0, 5.0)] {
+        let ray = Ray { time, ..up(10.5, 1.0) };
+        let truth = oracle.examine(&ray);
+        let [first, second] = truth.crossings() else { panic!("two crossings: {truth:?}") };
+        assert_eq!((first.member, first.primitive, first.crossing), (1, 0, Some(t.into())));
+        assert_eq!((second.member, second.crossing), (0, Some(f64::from(t) + 16.0)));
+        let answers = [said(t, 1), BLOCKED, MISS, CLEAR, said(t, 0), said(t + 1e-3, 1), said(t, 2)];
+        let expected = [Class::Same, Class::Same, Class::Leak, Class::Leak];
+        let expected = [expected.as_slice(), &[Class::Wrong; 3]].concat();
+        assert_eq!(judge(&oracle, &ray, answers), *expected);
+    }
+    // Where the group is without its map.
+    let said = judge(&oracle, &up(0.25, 0.25), [MISS, BLOCKED]);
+    assert_eq!(said, [Class::Same, Class::False]);
 }
 
 #[test]

@@ -3,9 +3,10 @@
 use std::cell::OnceCell;
 
 use super::cover::{self, Patch};
+use super::nested::Nested;
 use super::span::{Line, Span};
 use super::triangle::Triangle;
-use super::{Oracle, analytic, corners};
+use super::{Oracle, analytic, corners, primitives_of};
 use crate::parity::{Answer, Class};
 use crate::ray::{Hit, Ray};
 use crate::shape::{Crossing, Geometry};
@@ -15,12 +16,15 @@ use crate::shape::{Crossing, Geometry};
 pub struct Encounter {
     /// Index of the shape.
     pub shape: u32,
+    /// Index of the shape in the group, if `shape` is an instance; else 0.
+    pub member: u32,
     /// Index of the primitive in the shape.
     pub primitive: u32,
     /// Distance along the ray, in units of its direction, of the point where it truly crosses; `None` where
     /// it passes beside, or within the plane.
     pub crossing: Option<f64>,
-    /// Distance of the ray's line from the nearest edge or rim, in scene units.
+    /// Distance of the ray's line from the nearest edge or rim, in scene units; of an instance in those of the
+    /// group along the ray.
     pub clearance: f64,
     /// The part of the ray that may be within the bound of the primitive.
     pub span: Span,
@@ -46,11 +50,8 @@ impl<'a> Truth<'a> {
     pub(super) fn new(oracle: &'a Oracle, ray: &Ray) -> Self {
         let line = Line::new(ray);
         let mut crossings = line.map_or(Vec::new(), |line| crossings(oracle, &line));
-        let order = |e: &Encounter| (e.crossing.unwrap_or(f64::INFINITY), e.shape, e.primitive);
-        crossings.sort_unstable_by(|a, b| {
-            let ((ta, sa, pa), (tb, sb, pb)) = (order(a), order(b));
-            ta.total_cmp(&tb).then((sa, pa).cmp(&(sb, pb)))
-        });
+        let t = |e: &Encounter| e.crossing.unwrap_or(f64::INFINITY);
+        crossings.sort_unstable_by(|a, b| t(a).total_cmp(&t(b)).then(a.names().cmp(&b.names())));
         Self { oracle, line, crossings, surroundings: OnceCell::new() }
     }
 
@@ -101,7 +102,7 @@ impl<'a> Truth<'a> {
             return if self.near().is_empty() { Class::False } else { Class::Wrong };
         };
         let t = f64::from(hit.t);
-        let names = |e: &Encounter| (e.shape, e.primitive) == (hit.shape, hit.primitive);
+        let names = |e: &Encounter| e.names() == [hit.shape, hit.member, hit.primitive];
         // Nothing that the ray crosses lies before the first.
         let first = self.crossings.first();
         if first.is_some_and(|f| names(f) && f.span.contains(t)) {
@@ -117,7 +118,7 @@ impl<'a> Truth<'a> {
 
     /// Where the primitive that a hit names is within its bound of the ray; `None` if it is nowhere, or if
     /// rounding does not explain what the hit says of it.
-    fn confirm(&self, hit: &Hit) -> Option<Span> {
+    pub(super) fn confirm(&self, hit: &Hit) -> Option<Span> {
         let line = self.line?;
         // Within two roundings of the ends of the segment.
         const SLACK: f32 = 2.0 * f32::EPSILON;
@@ -125,7 +126,13 @@ impl<'a> Truth<'a> {
         let within = hit.t >= t_min * (1.0 - SLACK) && hit.t <= t_max * (1.0 + SLACK);
         let t = f64::from(hit.t);
         let shape = self.oracle.shapes.get(hit.shape as usize)?;
-        if !within || !t.is_finite() || hit.primitive as usize >= shape.primitive_count() {
+        if !within || !t.is_finite() {
+            return None;
+        }
+        if let Geometry::Instance(instance) = shape.geometry() {
+            return Nested::new(self.oracle, hit.shape, instance, &line.ray)?.confirm(hit);
+        }
+        if hit.member != 0 || hit.primitive >= primitives_of(shape.as_ref()) {
             return None;
         }
         match shape.geometry() {
@@ -143,15 +150,22 @@ impl<'a> Truth<'a> {
     }
 }
 
+impl Encounter {
+    fn names(&self) -> [u32; 3] {
+        [self.shape, self.member, self.primitive]
+    }
+}
+
 /// What the ray crosses within its segment.
 fn crossings(oracle: &Oracle, line: &Line) -> Vec<Encounter> {
     let mut found = Vec::new();
     let mut add = |shape, primitive, t, clearance, span| {
         if line.segment.contains(t) {
             let crossing = Some(t);
-            found.push(Encounter { shape, primitive, crossing, clearance, span });
+            found.push(Encounter { shape, member: 0, primitive, crossing, clearance, span });
         }
     };
+    let mut nested = Vec::new();
     oracle.tree.visit_crossed(line, |item| {
         let (index, primitive) = oracle.primitives[item as usize];
         let shape = oracle.shapes[index as usize].as_ref();
@@ -167,9 +181,13 @@ fn crossings(oracle: &Oracle, line: &Line) -> Vec<Encounter> {
                     add(index, primitive, crossing.t, crossing.clearance, span);
                 }
             }
-            Geometry::Instance(_) => {}
+            Geometry::Instance(instance) => {
+                nested.extend(Nested::new(oracle, index, instance, &line.ray));
+            }
         }
     });
+    let within = |e: &Encounter| e.crossing.is_some_and(|t| line.segment.contains(t));
+    found.extend(nested.iter().flat_map(Nested::crossings).filter(within));
     found
 }
 
@@ -183,7 +201,8 @@ fn surroundings(oracle: &Oracle, line: &Line) -> Surroundings {
         let mut add = |crossing, clearance, span: Span| {
             let meets = span.meets(line.segment);
             if meets {
-                near.push(Encounter { shape: index, primitive, crossing, clearance, span });
+                let (shape, member) = (index, 0);
+                near.push(Encounter { shape, member, primitive, crossing, clearance, span });
             }
             meets
         };
@@ -209,6 +228,14 @@ fn surroundings(oracle: &Oracle, line: &Line) -> Surroundings {
             Geometry::Instance(_) => {}
         }
     });
+    // All of them: what the bound is in a group's space may be more in the scene's, and so beyond the boxes.
+    for (index, shape) in (0..).zip(&oracle.shapes) {
+        let Geometry::Instance(instance) = shape.geometry() else { continue };
+        if let Some(nested) = Nested::new(oracle, index, instance, &line.ray) {
+            near.extend(nested.near().filter(|e| e.span.meets(line.segment)));
+            barriers.extend(nested.barriers());
+        }
+    }
     barriers.extend(cover::barriers(line, &patches));
     // At an end of the segment a hit may be left out.
     barriers.retain(|b| b.lies_in(line.segment));
