@@ -13,7 +13,8 @@ use support::rays::trace;
 use support::stats::{Moments, chi_squared, significance_each, welch};
 use support::{corners, plugin_names, points};
 use telamon::emitter::{
-    Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EmitterSample, Point, Sight,
+    Area, ChoicePolicy, Chosen, Constant, Emitter, EmitterChoice, EmitterSample, Point, Receiver,
+    Sight,
 };
 use telamon::load::plugins::{Category, Plugin, supported};
 use telamon::math::{Frame, warp};
@@ -370,33 +371,35 @@ fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {
 
 #[test]
 fn one_emitter_is_always_chosen() {
-    for policy in [ChoicePolicy::Power, ChoicePolicy::Uniform] {
+    let floor = Receiver { position: Vec3A::X, normal: Vec3A::Z, both_sides: true };
+    for policy in [ChoicePolicy::Power, ChoicePolicy::Uniform, ChoicePolicy::Bvh] {
         for powers in [[1.0, 3.0], [1e20, 1.0], [0.0, 2.0], [1e30, 1e30]] {
             let choice = EmitterChoice::new(policy, &two_lights(powers));
-            let total = choice.probability(0) + choice.probability(1);
+            let total = choice.probability(&floor, 0) + choice.probability(&floor, 1);
             assert_eq!(total, 1.0, "{policy:?} {powers:?}");
             let mut counts = [0; 2];
             for u in points(701, SAMPLES) {
-                let (index, probability, rest) = choice.sample(u.x.into()).expect("one emits");
-                assert_eq!(probability, choice.probability(index));
+                let chosen = choice.sample(&floor, u.x.into()).expect("one emits");
+                let Chosen { emitter, probability, rest, .. } = chosen;
+                assert_eq!(probability, choice.probability(&floor, emitter));
                 assert!(probability > 0.0 && (0.0..1.0).contains(&rest));
-                counts[index] += 1;
+                counts[emitter] += 1;
             }
-            let expected = [0, 1].map(|i| f64::from(choice.probability(i)) * f64::from(SAMPLES));
+            let expected = [0, 1].map(|i| choice.probability(&floor, i) * f64::from(SAMPLES));
             if expected.iter().all(|&e| e > 1.0) {
-                chi_squared(&counts, &expected, 4).unwrap_or_else(|table| panic!("{table}"));
+                chi_squared(&counts, &expected, 12).unwrap_or_else(|table| panic!("{table}"));
             }
         }
     }
     let power = EmitterChoice::new(ChoicePolicy::Power, &two_lights([1.0, 3.0]));
-    assert!((power.probability(0) - 0.25).abs() < 1e-7);
+    assert!((power.probability(&floor, 0) - 0.25).abs() < 1e-7);
     let uniform = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([1.0, 3.0]));
-    assert_eq!(uniform.probability(0), 0.5);
+    assert_eq!(uniform.probability(&floor, 0), 0.5);
     // An environment has half of the choices, whatever the others' power; all if they are dark.
     let mut with_sky = two_lights([1.0, 3.0]);
     with_sky.push(Box::new(Constant::new(Vec3A::ONE)));
     let power = EmitterChoice::new(ChoicePolicy::Power, &with_sky);
-    assert_eq!([0, 1, 2].map(|i| power.probability(i)), [0.125, 0.375, 0.5]);
+    assert_eq!([0, 1, 2].map(|i| power.probability(&floor, i)), [0.125, 0.375, 0.5]);
     let dark = EmitterChoice::new(ChoicePolicy::Uniform, &two_lights([0.0, 0.0]));
-    assert!(dark.sample(0.5).is_none() && dark.probability(0) == 0.0);
+    assert!(dark.sample(&floor, 0.5).is_none() && dark.probability(&floor, 0) == 0.0);
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, Vec2, Vec3A};
 
-use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::discrete::round_below_one;
 use crate::math::{Choice, Discrete, Rgb, luminance};
 use crate::ray::{Hit, Ray};
@@ -76,17 +76,26 @@ impl Area {
         let distance = (sample.point.position - from).length();
         self.radiance_at(from, sample.direction, &hit_at(primitive, distance, sample.parameters))
     }
-}
 
-impl Emitter for Area {
-    fn sample_toward(&self, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
-        let Choice { index, probability, rest } = self.primitives.sample(u.x);
-        let on_primitive = round_below_one(DVec2::new(rest, u.y));
-        let sample = self.shape.sample_primitive(index, from, on_primitive)?;
+    /// Whether it is chosen by primitives: they lie apart or face apart. A square's two triangles do not.
+    fn is_split(&self) -> bool {
+        self.shape.primitive_count() > 2
+    }
+
+    /// A point of one primitive, which was chosen with this probability.
+    #[inline]
+    fn sample_primitive_toward(
+        &self,
+        primitive: usize,
+        probability: f64,
+        from: Vec3A,
+        u: DVec2,
+    ) -> Option<EmitterSample> {
+        let sample = self.shape.sample_primitive(primitive, from, round_below_one(u))?;
         if !is_front(&sample.point, sample.direction) {
             return None;
         }
-        let radiance = self.sampled_radiance(index, from, &sample);
+        let radiance = self.sampled_radiance(primitive, from, &sample);
         let pdf = sample.pdf * probability;
         let weight = if (1e-30..1e30).contains(&pdf) {
             radiance * (1.0 / pdf as f32)
@@ -103,6 +112,13 @@ impl Emitter for Area {
                 error: sample.point.offset,
             },
         })
+    }
+}
+
+impl Emitter for Area {
+    fn sample_toward(&self, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+        let Choice { index, probability, rest } = self.primitives.sample(u.x);
+        self.sample_primitive_toward(index, probability, from, DVec2::new(rest, u.y))
     }
 
     fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
@@ -122,6 +138,38 @@ impl Emitter for Area {
                 self.radiance_at(sight.from, sight.direction, hit)
             }
             _ => Rgb::ZERO,
+        }
+    }
+
+    fn parts(&self) -> Vec<EmitterBounds> {
+        let part = |primitive| {
+            let (space, normals) = self.shape.primitive_extent(primitive);
+            let share = self.primitives.probability(primitive);
+            EmitterBounds::surface(space, normals, self.power * share / PI)
+        };
+        let parts = (0..self.shape.primitive_count()).map(part);
+        if self.is_split() {
+            parts.collect()
+        } else {
+            parts.reduce(|a, b| a.union(&b)).into_iter().collect()
+        }
+    }
+
+    fn sample_part_toward(&self, part: usize, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+        if self.is_split() {
+            self.sample_primitive_toward(part, 1.0, from, u)
+        } else {
+            self.sample_toward(from, u)
+        }
+    }
+
+    fn part_pdf_toward(&self, sight: &Sight<'_>) -> (usize, f32) {
+        match sight.surface {
+            Some((hit, point)) if self.is_split() && is_front(point, sight.direction) => {
+                let primitive = hit.primitive as usize;
+                (primitive, narrow(self.shape.primitive_pdf(primitive, sight.from, point)))
+            }
+            _ => (0, self.pdf_toward(sight)),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec3A};
 
-use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::discrete::round_below_one;
 use crate::math::{Rgb, warp};
 
@@ -36,6 +36,10 @@ impl Emitter for Constant {
 
     fn radiance(&self, sight: &Sight<'_>) -> Rgb {
         if sight.surface.is_none() { self.radiance } else { Rgb::ZERO }
+    }
+
+    fn parts(&self) -> Vec<EmitterBounds> {
+        Vec::new()
     }
 
     fn power(&self) -> Option<f64> {

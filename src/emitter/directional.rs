@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec3A};
 
-use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::Rgb;
 
 /// Parallel rays from infinitely far away; no ray hits where they come from.
@@ -37,6 +37,10 @@ impl Emitter for Directional {
 
     fn radiance(&self, _sight: &Sight<'_>) -> Rgb {
         Rgb::ZERO
+    }
+
+    fn parts(&self) -> Vec<EmitterBounds> {
+        Vec::new()
     }
 
     fn power(&self) -> Option<f64> {

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3, IVec2, Mat3A, Vec3A};
 use rayon::prelude::*;
 
-use super::{Emitter, EmitterSample, LightOrigin, Sight};
+use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::{Discrete, Rgb, luminance, warp};
 use crate::texture::Bitmap;
 
@@ -192,6 +192,10 @@ impl Emitter for EnvironmentMap {
             return Rgb::ZERO;
         }
         self.radiance_at(&self.place(sight.direction))
+    }
+
+    fn parts(&self) -> Vec<EmitterBounds> {
+        Vec::new()
     }
 
     fn power(&self) -> Option<f64> {

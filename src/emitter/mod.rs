@@ -9,18 +9,22 @@ use crate::ray::{Hit, Ray};
 use crate::shape::SurfacePoint;
 
 pub mod area;
+pub mod bounds;
 pub mod choice;
 pub mod constant;
 pub mod directional;
 pub mod environment_map;
+pub mod light_bvh;
 pub mod point;
 pub mod spot;
 
 pub use area::Area;
-pub use choice::{ChoicePolicy, EmitterChoice};
+pub use bounds::EmitterBounds;
+pub use choice::{ChoicePolicy, Chosen, EmitterChoice, Receiver};
 pub use constant::Constant;
 pub use directional::Directional;
 pub use environment_map::EnvironmentMap;
+pub use light_bvh::LightBvh;
 pub use point::Point;
 pub use spot::Spot;
 
@@ -41,6 +45,21 @@ pub trait Emitter: Debug + Send + Sync {
     /// grows with the scene, and says nothing about what arrives at a point. Guides the choice among emitters,
     /// so a rough value costs noise but no bias.
     fn power(&self) -> Option<f64>;
+
+    /// Bounds of what may be chosen by itself: of the emitter, or of each primitive of one that has many. None for
+    /// an emitter outside the scene.
+    fn parts(&self) -> Vec<EmitterBounds>;
+
+    /// As [`Emitter::sample_toward`], among the points of one of its parts.
+    fn sample_part_toward(&self, _part: usize, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+        self.sample_toward(from, u)
+    }
+
+    /// The part that is seen, and the density with which [`Emitter::sample_part_toward`] chooses what is seen if it
+    /// is asked for that part.
+    fn part_pdf_toward(&self, sight: &Sight<'_>) -> (usize, f32) {
+        (0, self.pdf_toward(sight))
+    }
 
     /// Whether what it emits depends on texture coordinates.
     fn is_textured(&self) -> bool {

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, Vec3A};
 
-use super::{Emitter, EmitterSample, LightOrigin, Sight};
-use crate::math::{Rgb, luminance};
+use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
+use crate::math::{Cone, Rgb, luminance};
 
 /// The same radiant intensity in all directions from a point; no ray hits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,11 @@ impl Emitter for Point {
 
     fn radiance(&self, _sight: &Sight<'_>) -> Rgb {
         Rgb::ZERO
+    }
+
+    fn parts(&self) -> Vec<EmitterBounds> {
+        let intensity = luminance(self.intensity).into();
+        vec![EmitterBounds::point(self.position, Cone::ALL, 0.0, intensity)]
     }
 
     fn power(&self) -> Option<f64> {

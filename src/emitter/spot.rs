@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Mat3A, Vec2, Vec3A};
 
-use super::{Emitter, EmitterSample, LightOrigin, Sight};
-use crate::math::{Rgb, luminance};
+use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
+use crate::math::{Cone, Rgb, luminance};
 use crate::texture::Textured;
 
 /// Light from a point into a cone around an axis, weaker towards the rim; no ray hits it.
@@ -90,6 +90,16 @@ impl Emitter for Spot {
 
     fn radiance(&self, _sight: &Sight<'_>) -> Rgb {
         Rgb::ZERO
+    }
+
+    /// The beam, and light that fades from there to the cutoff.
+    fn parts(&self) -> Vec<EmitterBounds> {
+        let SpotSettings { position, axes, intensity, cutoff_angle, beam_width, texture } =
+            &self.settings;
+        let beam = Cone { axis: axes.z_axis.normalize().into(), angle: *beam_width as f32 };
+        let fading = (cutoff_angle - beam_width).max(0.0) as f32;
+        let intensity = f64::from(luminance(*intensity)) * f64::from(texture.mean());
+        vec![EmitterBounds::point(*position, beam, fading, intensity)]
     }
 
     /// With the mean of a texture as if it were laid over directions.

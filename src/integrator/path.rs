@@ -1,11 +1,9 @@
 //! The path tracer: the single-sum path integral, one path a sample.
 
-use glam::Vec3A;
-
 use super::tracer::{Shading, sight};
 use super::{Estimate, Integrator, Tracer, Vertex};
 use crate::bsdf::Lobe;
-use crate::emitter::EmitterChoice;
+use crate::emitter::{EmitterChoice, Receiver};
 use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::PathSampler;
@@ -25,8 +23,8 @@ pub struct Path {
 enum LastEdge {
     /// By the camera or by a delta lobe: no shadow ray could have gone the same way.
     Forced,
-    /// From a surface at `from`, with density `pdf`.
-    Chosen { from: Vec3A, pdf: f32 },
+    /// From a surface, with density `pdf`.
+    Chosen { from: Receiver, pdf: f32 },
 }
 
 impl Path {
@@ -52,13 +50,13 @@ impl Path {
         let LastEdge::Chosen { from, pdf } = edge else {
             return emitter.radiance(&sight(ray.origin, ray.direction, vertex));
         };
-        let sight = sight(from, ray.direction, vertex);
+        let sight = sight(from.position, ray.direction, vertex);
         let weight = match self.settings.strategy {
             Strategy::Bsdf => 1.0,
             Strategy::Emitter => return Rgb::ZERO,
             Strategy::Mis(heuristic) => {
-                let other = self.emitters.probability(index) * emitter.pdf_toward(&sight);
-                heuristic.weight(pdf, other)
+                let emitters = tracer.scene().emitters();
+                heuristic.weight(pdf, self.emitters.pdf_toward(emitters, index, &from, &sight))
             }
         };
         emitter.radiance(&sight) * weight
@@ -73,12 +71,9 @@ impl Path {
         sampler: &mut PathSampler<'_>,
     ) -> Rgb {
         let u = sampler.next_choice();
-        let Some((index, probability, rest)) = self.emitters.sample(u.x) else {
-            return Rgb::ZERO;
-        };
-        let emitter = &tracer.scene().emitters()[index];
-        let u = glam::DVec2::new(rest, u.y);
-        let Some(light) = emitter.sample_toward(vertex.surface.position, u) else {
+        let receiver = shading.receiver(&vertex.surface);
+        let emitters = tracer.scene().emitters();
+        let Some(light) = self.emitters.sample_toward(emitters, &receiver, u) else {
             return Rgb::ZERO;
         };
         let wo = shading.to_local(light.direction);
@@ -89,11 +84,11 @@ impl Path {
         let weight = match self.settings.strategy {
             Strategy::Mis(heuristic) if light.pdf > 0.0 => {
                 let other = self.settings.directions.pdf(shading, wo);
-                heuristic.weight(probability * light.pdf, other)
+                heuristic.weight(light.pdf, other)
             }
             _ => 1.0,
         };
-        scattered * light.weight * (weight / probability)
+        scattered * light.weight * weight
     }
 }
 
@@ -140,7 +135,7 @@ impl Integrator for Path {
             let edge = if sample.lobe.is_delta() {
                 LastEdge::Forced
             } else {
-                LastEdge::Chosen { from: here.surface.position, pdf: sample.pdf }
+                LastEdge::Chosen { from: shading.receiver(&here.surface), pdf: sample.pdf }
             };
             ray = here.surface.spawn(direction);
 

@@ -4,7 +4,7 @@ use glam::Vec3A;
 
 use super::Estimate;
 use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place};
-use crate::emitter::{Emitter, EmitterSample, Sight};
+use crate::emitter::{Emitter, EmitterSample, Receiver, Sight};
 use crate::intersect::Intersector;
 use crate::math::{Frame, Rgb};
 use crate::ray::{Hit, Ray};
@@ -254,6 +254,17 @@ impl<'a> Shading<'a> {
         let sample = directions.sample(self, sampler.next_2d())?;
         let direction = self.onward(&sample);
         self.sides_agree(sample.wo, direction).then_some((direction, sample.weight))
+    }
+
+    /// This vertex as one that light is to arrive at: what does not transmit needs none from behind.
+    #[inline]
+    pub(super) fn receiver(&self, surface: &SurfacePoint) -> Receiver {
+        let normal = self.geometric_normal;
+        Receiver {
+            position: surface.position,
+            normal: if self.cos_geometric < 0.0 { -normal } else { normal },
+            both_sides: self.flags.transmits,
+        }
     }
 
     pub(super) fn to_local(&self, direction: Vec3A) -> Vec3A {

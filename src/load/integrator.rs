@@ -37,9 +37,10 @@ const DIRECTIONS: PropertyInfo = property(
 
 const EMITTER_CHOICE: PropertyInfo = property(
     "emitter_choice",
-    Kind::Choice(&["uniform", "power"]),
-    Default::Text("uniform"),
-    "how the emitter that a shadow ray goes to is picked: all alike, or by emitted power",
+    Kind::Choice(&["uniform", "power", "bvh"]),
+    Default::Text("bvh"),
+    "how the emitter that a shadow ray goes to is picked: all alike, by emitted power, or by a light BVH, \
+     which knows of distance and orientation",
 );
 
 pub(super) static PATH: Plugin = Plugin {
@@ -313,7 +314,8 @@ fn directions(object: &Object<'_>) -> DirectionSampling {
 fn emitter_choice(object: &Object<'_>) -> ChoicePolicy {
     match object.choice("emitter_choice") {
         "uniform" => ChoicePolicy::Uniform,
-        _ => ChoicePolicy::Power,
+        "power" => ChoicePolicy::Power,
+        _ => ChoicePolicy::Bvh,
     }
 }
 

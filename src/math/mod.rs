@@ -2,6 +2,7 @@
 //! special functions.
 
 pub mod aabb;
+pub mod cone;
 pub mod discrete;
 pub mod frame;
 pub mod motion;
@@ -9,6 +10,7 @@ pub mod special;
 pub mod warp;
 
 pub use aabb::Aabb;
+pub use cone::Cone;
 pub use discrete::{Choice, Discrete};
 pub use frame::Frame;
 pub use motion::Motion;

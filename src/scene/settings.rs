@@ -182,7 +182,7 @@ impl Default for PathSettings {
             roulette: Roulette::default(),
             strategy: Strategy::Mis(MisHeuristic::Power),
             directions: DirectionSampling::Bsdf,
-            emitter_choice: ChoicePolicy::Uniform,
+            emitter_choice: ChoicePolicy::Bvh,
             hide_emitters: false,
         }
     }

@@ -6,7 +6,7 @@ use super::{
     Analytic, Crossing, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward,
     area_sample_toward, error_offset, rounding,
 };
-use crate::math::{Aabb, warp};
+use crate::math::{Aabb, Cone, warp};
 use crate::ray::{Hit, Ray};
 
 /// The image of the unit disk in the xy plane under an affine map: an ellipse in general.
@@ -162,6 +162,10 @@ impl Shape for Disk {
         let outwards = p.try_normalize().unwrap_or(Vec2::ZERO);
         [outwards, p.perp() * std::f32::consts::TAU]
             .map(|d| self.to_world.transform_vector3a(d.extend(0.0).into()))
+    }
+
+    fn primitive_extent(&self, _primitive: usize) -> (Aabb, Cone) {
+        (Shape::bounds(self), Cone::direction(self.normal.normalize().into()))
     }
 
     fn primitive_count(&self) -> usize {

@@ -9,7 +9,7 @@ use super::triangle::{self, Triangle, TrianglePoint};
 use super::{
     Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward, error_offset,
 };
-use crate::math::{Aabb, Frame, warp};
+use crate::math::{Aabb, Cone, Frame, warp};
 use crate::ray::{Hit, Ray};
 
 /// Indexed triangles in world space. Counter-clockwise vertices face the viewer.
@@ -231,6 +231,23 @@ impl Shape for TriangleMesh {
             let frame = Frame::from_normal(self.triangle(primitive).normal);
             [frame.s, frame.t]
         })
+    }
+
+    /// Vertex normals may put the front of a triangle on either side, from place to place.
+    fn primitive_extent(&self, primitive: usize) -> (Aabb, Cone) {
+        let corners = self.triangles[primitive];
+        let space = Aabb::around(corners.map(|i| Vec3::from(self.positions[i as usize])));
+        let normal = self.triangle(primitive).normal;
+        let turned = match self.normals.as_slice() {
+            [] => [false; 3],
+            normals => corners.map(|i| Vec3A::from(normals[i as usize]).dot(normal) < 0.0),
+        };
+        let normals = match turned {
+            [false, false, false] => Cone::direction(normal.into()),
+            [true, true, true] => Cone::direction((-normal).into()),
+            _ => Cone::ALL,
+        };
+        (space, normals)
     }
 
     fn primitive_count(&self) -> usize {

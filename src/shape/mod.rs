@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use glam::{DVec3, Vec2, Vec3A};
 
-use crate::math::{Aabb, Frame, type_word};
+use crate::math::{Aabb, Cone, Frame, type_word};
 use crate::ray::{Hit, Ray};
 
 pub mod cylinder;
@@ -77,6 +77,11 @@ pub trait Shape: Debug + Send + Sync {
     /// Derivatives of the position after both texture coordinates at the same point, in world space and
     /// scene units. Where there are none, two directions along the surface.
     fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2];
+
+    /// A box around a primitive and a cone around its geometric normals, world space.
+    fn primitive_extent(&self, _primitive: usize) -> (Aabb, Cone) {
+        (self.bounds(), Cone::ALL)
+    }
 
     /// Number of primitives; 0 for what cannot emit.
     fn primitive_count(&self) -> usize;

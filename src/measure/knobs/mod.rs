@@ -141,7 +141,7 @@ pub static KNOBS: &[Knob] = &[
     },
     Knob {
         name: "emitter_choice",
-        values: "one of: uniform, power",
+        values: "one of: uniform, power, bvh",
         needs: PATH_ONLY,
         set: turn::emitter_choice,
     },
@@ -311,7 +311,7 @@ mod tests {
             "branches" => ["2", "8"],
             "directions" => ["cosine", "uniform"],
             "strategy" => ["emitter", "mis_balance"],
-            "emitter_choice" => ["power", "uniform"],
+            "emitter_choice" => ["power", "bvh"],
             "rr_policy" => ["none", "fixed:0.5"],
             "rr_max_survival" => ["0.5", "0.25"],
             "rr_depth" => ["0", "7"],

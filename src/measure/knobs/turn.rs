@@ -140,6 +140,7 @@ pub(super) fn emitter_choice(setting: &mut Setting, value: &str) -> Turn {
     let choice = match value {
         "uniform" => ChoicePolicy::Uniform,
         "power" => ChoicePolicy::Power,
+        "bvh" => ChoicePolicy::Bvh,
         _ => return Turn::Bad,
     };
     setting.on_path(|path| path.emitter_choice = choice)
