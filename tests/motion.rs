@@ -5,7 +5,7 @@ mod support;
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3A};
-use support::meshes::{engines, sphere_mesh};
+use support::meshes::{engines, mesh, sphere_mesh};
 use support::pictures::{parse, picture};
 use support::stats::{Moments, significance_each, welch};
 use support::{points, points_3d};
@@ -14,7 +14,7 @@ use telamon::math::{Motion, warp};
 use telamon::ray::Ray;
 use telamon::scene::requirements::Feature;
 use telamon::scene::{Description, Requirements};
-use telamon::shape::{Group, Instance, Shape, primitives};
+use telamon::shape::{DeformingMesh, Group, Instance, Shape, primitives};
 
 fn moving(shape: Arc<dyn Shape>, keys: Vec<(f64, DAffine3)>) -> Arc<dyn Shape> {
     let group = Arc::new(Group::new(vec![shape]).expect("not an instance"));
@@ -83,6 +83,68 @@ fn a_turning_strip_covers_what_it_sweeps() {
             let bound = 1.0 / f64::from(COUNT) + 1e-4 * expected + 1e-5;
             assert!(off <= bound, "{} {radius} {at}: {found} {expected}", engine.name());
         }
+    }
+}
+
+/// A unit square one side of which goes from x = 1 to x = 3 and back: a point between is covered for as long as
+/// the side is beyond it.
+#[test]
+fn a_stretching_square_covers_what_it_reaches() {
+    let square = |x: f64| {
+        let map = DAffine3::from_translation(DVec3::new(0.5 * x, 0.5, 0.0))
+            * DAffine3::from_scale(DVec3::new(0.5 * x, 0.5, 1.0));
+        Arc::new(primitives::rectangle(map, false).0)
+    };
+    let keys = vec![(0.0, square(1.0)), (0.25, square(3.0)), (1.0, square(1.0))];
+    let shapes: [Arc<dyn Shape>; 1] = [Arc::new(DeformingMesh::new(keys).expect("alike"))];
+    for engine in engines(&shapes) {
+        for i in 0..150 {
+            let x = 3.2 * (f64::from(i) + 0.5) / 150.0;
+            let expected = if x < 1.0 { 1.0 } else { (0.5 * (3.0 - x)).max(0.0) };
+            let found = covered(engine.as_ref(), x, 0.3);
+            let off = (found - expected).abs();
+            assert!(off <= 1.0 / f64::from(COUNT) + 1e-6, "{} {x}: {found}", engine.name());
+        }
+    }
+}
+
+/// A mesh whose key meshes are those of a moving instance at its keys moves as the instance does, whose matrix is
+/// linear between them, and each hit is where the instance's is.
+#[test]
+fn a_deforming_mesh_moves_as_its_vertices_do() {
+    let sphere = sphere_mesh(DVec3::ZERO, 1.0, 16, 24);
+    let placed = |map: DAffine3| {
+        let positions = sphere.positions().iter();
+        let positions = positions.map(|p| map.transform_point3(p.as_dvec3()).as_vec3a()).collect();
+        Arc::new(mesh(positions, sphere.triangles().to_vec()))
+    };
+    let keys = tumbling().into_iter().map(|(time, map)| (time, placed(map))).collect();
+    let deforming: Arc<dyn Shape> = Arc::new(DeformingMesh::new(keys).expect("alike"));
+    let moving = [moving(Arc::new(sphere.clone()), tumbling())];
+    let deforming = [deforming];
+    for (a, b) in engines(&deforming).iter().zip(engines(&moving)) {
+        let (mut hits, mut differences) = (0, 0);
+        for (i, (from, to)) in points_3d(5, 20_000).zip(points(6, 20_000)).enumerate() {
+            let time = i as f32 / 20_000.0;
+            let from = (from - Vec3A::new(0.2, 0.6, 0.4)) * 7.0;
+            let ray = Ray { time, ..Ray::new(from, warp::square_to_uniform_sphere(to)) };
+            let (one, other) = (a.closest_hit(&ray), b.closest_hit(&ray));
+            assert_eq!(a.occluded(&ray), one.is_some(), "{ray:?}");
+            let (Some(one), Some(other)) = (one, other) else {
+                differences += u32::from(one.is_some() != other.is_some());
+                continue;
+            };
+            hits += 1;
+            let [one, other] = [(&deforming[0], one), (&moving[0], other)]
+                .map(|(shape, hit)| shape.surface(&ray, &hit));
+            // Positions within 1e-5 of lengths of up to 10, seen at a grazing angle at worst.
+            let apart = one.position.distance(other.position);
+            assert!(apart < 1e-3, "{ray:?}: {apart}");
+            assert_eq!((one.time, other.time), (time, time));
+        }
+        assert!(hits > 500, "{hits}");
+        // Rays that pass an outline within the rounding of the vertices: one in 10⁵ at most.
+        assert!(differences <= 1, "{differences}");
     }
 }
 

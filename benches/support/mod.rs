@@ -139,7 +139,7 @@ pub(crate) fn buffers(shapes: &[Arc<dyn Shape>]) -> Outcome<Vec<Buffers>> {
         Geometry::Triangles { positions, triangles } => {
             Ok((positions.iter().map(|p| p.extend(0.0).to_array()).collect(), triangles.to_vec()))
         }
-        Geometry::Analytic(_) | Geometry::Instance(_) => {
+        Geometry::Deforming(_) | Geometry::Analytic(_) | Geometry::Instance(_) => {
             Err("the scene has more than plain meshes; the bare engine is measured on meshes only"
                 .into())
         }

@@ -137,6 +137,7 @@ fn describe_integrator(integrator: &IntegratorSettings) -> String {
 fn triangles(shape: &dyn Shape) -> usize {
     match shape.geometry() {
         Geometry::Triangles { triangles, .. } => triangles.len(),
+        Geometry::Deforming(mesh) => mesh.triangles().len(),
         Geometry::Analytic(_) => 0,
         Geometry::Instance(instance) => {
             instance.group().shapes().iter().map(|s| triangles(s.as_ref())).sum()

@@ -122,7 +122,9 @@ fn describe_hit(ray: &Ray, hit: &Hit, scene: &Scene) -> String {
 /// Which part of a shape was hit, where it has several.
 fn part(geometry: Geometry<'_>, hit: &Hit) -> String {
     match geometry {
-        Geometry::Triangles { .. } => format!(", triangle {}", hit.primitive),
+        Geometry::Triangles { .. } | Geometry::Deforming(_) => {
+            format!(", triangle {}", hit.primitive)
+        }
         Geometry::Analytic(_) => String::new(),
         Geometry::Instance(instance) => {
             let member = &instance.group().shapes()[hit.member as usize];

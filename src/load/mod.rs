@@ -14,6 +14,7 @@ use crate::scene::Description;
 mod assemble;
 mod bsdf;
 mod check;
+mod deformable;
 mod document;
 mod emitter;
 mod expand;

@@ -11,7 +11,7 @@ use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
 use super::spectrum::Role;
-use super::{bsdf, emitter, film, integrator, rough, sampler, sensor, shape, texture};
+use super::{bsdf, deformable, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKind};
@@ -27,6 +27,7 @@ static PLUGINS: &[&Plugin] = &[
     &shape::SPHERE,
     &shape::DISK,
     &shape::CYLINDER,
+    &deformable::DEFORMABLE,
     &shape::SHAPEGROUP,
     &shape::INSTANCE,
     &bsdf::DIFFUSE,

@@ -24,7 +24,7 @@ const SAMPLE: usize = 1 << 16;
 pub(super) fn doubts(shape: &dyn Shape) -> Vec<(String, String)> {
     let Sample { bounds, coarse, short } = match shape.geometry() {
         Geometry::Triangles { positions, triangles } => sample(positions, triangles),
-        Geometry::Analytic(_) | Geometry::Instance(_) => {
+        Geometry::Deforming(_) | Geometry::Analytic(_) | Geometry::Instance(_) => {
             Sample { bounds: shape.bounds(), coarse: 0.0, short: 0.0 }
         }
     };

@@ -127,6 +127,11 @@ impl<'a> Object<'a> {
         self.given(name).map_or(self.place(), |p| p.value_place)
     }
 
+    /// When the shutter opens and closes.
+    pub(super) fn shutter(&self) -> (f64, f64) {
+        self.context.shutter()
+    }
+
     /// The objects of a category inside it.
     pub(super) fn parts(&self, category: Category) -> impl Iterator<Item = Self> {
         let context = self.context;
@@ -249,7 +254,7 @@ impl<'a> Object<'a> {
         let Some(Value::Animation(motion)) = self.value(name) else {
             return None;
         };
-        let (open, close) = self.context.shutter();
+        let (open, close) = self.shutter();
         Some(motion.within(open, close))
     }
 

@@ -20,7 +20,21 @@ use crate::shape::{Cylinder, Disk, Group, Instance, Shape, Sphere, TriangleMesh,
 #[derive(Debug)]
 pub(super) struct BuiltShape {
     pub(super) shape: Arc<dyn Shape>,
+    /// The same, if it is a mesh.
+    pub(super) mesh: Option<Arc<TriangleMesh>>,
     pub(super) dropped: Dropped,
+}
+
+impl BuiltShape {
+    /// A shape that is no mesh.
+    pub(super) fn new(shape: Arc<dyn Shape>) -> Self {
+        Self { shape, mesh: None, dropped: Dropped::default() }
+    }
+
+    /// A mesh that is whole.
+    pub(super) fn from_mesh(mesh: Arc<TriangleMesh>) -> Self {
+        Self { shape: mesh.clone(), mesh: Some(mesh), dropped: Dropped::default() }
+    }
 }
 
 const PARTS: &[Part] = &[Part::optional(Category::Bsdf), Part::optional(Category::Emitter)];
@@ -191,7 +205,7 @@ pub(super) fn instance(object: &Object<'_>, group: Arc<Group>) -> Result<BuiltSh
     };
     let shape =
         shape.map_err(|error| Issue::new(object.place_of("to_world"), error.to_string()))?;
-    Ok(BuiltShape { shape: Arc::new(shape), dropped: Dropped::default() })
+    Ok(BuiltShape::new(Arc::new(shape)))
 }
 
 /// The shape that an object describes.
@@ -253,7 +267,7 @@ fn from_mesh(
             Ray::LARGEST_COORDINATE
         )));
     }
-    Ok(BuiltShape { shape: Arc::new(mesh), dropped })
+    Ok(BuiltShape { dropped, ..BuiltShape::from_mesh(Arc::new(mesh)) })
 }
 
 fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
@@ -350,7 +364,7 @@ fn analytic<S: Shape + 'static>(object: &Object<'_>, shape: S) -> Result<BuiltSh
     let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
     // NaN compares as false and is refused too.
     if reach < Ray::LARGEST_COORDINATE {
-        return Ok(BuiltShape { shape: Arc::new(shape), dropped: Dropped::default() });
+        return Ok(BuiltShape::new(Arc::new(shape)));
     }
     let message = format!("shape `{}` reaches farther than coordinates may", object.plugin().name);
     Err(Issue::new(object.place(), message)

@@ -151,11 +151,10 @@ impl Generated {
     ) -> (DVec3, Option<SurfacePoint>) {
         let (part, instance) = pick.part();
         let Pick { shape, member, primitive } = *pick;
-        if let Geometry::Triangles { positions, triangles } = part.geometry() {
+        if let Some(corners) = part.geometry().corners(primitive, u.time) {
             let b = warp::square_to_uniform_triangle(uv);
             let hit = Hit { t: 0.0, u: b.x, v: b.y, shape: 0, primitive, member };
             let ray = Ray { time: u.time, ..Ray::new(Vec3A::ZERO, Vec3A::Z) };
-            let corners = triangles[primitive as usize].map(|i| positions[i as usize]);
             let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
             let b = b.as_dvec2();
             let point = p0 + (p1 - p0) * b.x + (p2 - p0) * b.y;
@@ -173,9 +172,8 @@ impl Generated {
         let pick = self.primitive(u);
         let turn = (u.next_1d() * 3.0) as usize;
         if let Some((pick, (part, instance))) = pick.map(|pick| (pick.primitive, pick.part())) {
-            if let Geometry::Triangles { positions, triangles } = part.geometry() {
-                let t = triangles[pick as usize];
-                let corners = [0, 1, 2].map(|i| positions[t[(i + turn) % 3] as usize]);
+            if let Some(corners) = part.geometry().corners(pick, u.time) {
+                let corners = [0, 1, 2].map(|i| corners[(i + turn) % 3]);
                 let Some(instance) = instance else { return corners };
                 let map = instance.to_world(u.time);
                 return corners.map(|p| map.transform_point3(p.as_dvec3()).as_vec3a());

@@ -162,7 +162,7 @@ fn time(description: &Description) -> Reason {
 fn instances(scene: &Scene) -> Reason {
     let groups = scene.objects().iter().filter_map(|o| match o.shape.geometry() {
         Geometry::Instance(instance) => Some(Arc::as_ptr(instance.group())),
-        Geometry::Triangles { .. } | Geometry::Analytic(_) => None,
+        Geometry::Triangles { .. } | Geometry::Deforming(_) | Geometry::Analytic(_) => None,
     });
     let groups: Vec<_> = groups.collect();
     match (groups.len(), groups.iter().collect::<HashSet<_>>().len()) {
@@ -173,7 +173,9 @@ fn instances(scene: &Scene) -> Reason {
 }
 
 fn vertex_normals(scene: &Scene) -> Reason {
-    let triangles = |shape: &dyn Shape| matches!(shape.geometry(), Geometry::Triangles { .. });
+    let triangles = |shape: &dyn Shape| {
+        matches!(shape.geometry(), Geometry::Triangles { .. } | Geometry::Deforming(_))
+    };
     let is_mesh = |o: &&Object| match o.shape.geometry() {
         Geometry::Instance(i) => i.group().shapes().iter().any(|s| triangles(s.as_ref())),
         _ => triangles(o.shape.as_ref()),

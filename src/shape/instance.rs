@@ -322,7 +322,8 @@ impl Shape for Instance {
     }
 
     fn moves(&self) -> bool {
-        matches!(self.placement, Placement::Moving(_))
+        let moving = matches!(self.placement, Placement::Moving(_));
+        moving || self.group.shapes.iter().any(|shape| shape.moves())
     }
 
     fn has_vertex_normals(&self) -> bool {

@@ -6,10 +6,8 @@ use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::triangle::{self, Triangle, TrianglePoint};
-use super::{
-    Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward, error_offset,
-};
-use crate::math::{Aabb, Cone, Frame, warp};
+use super::{Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward};
+use crate::math::{Aabb, Cone, warp};
 use crate::ray::{Hit, Ray};
 
 /// Indexed triangles in world space. Counter-clockwise vertices face the viewer.
@@ -163,27 +161,20 @@ impl TriangleMesh {
     /// The surface at a point of a triangle.
     // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
-    fn surface_at(&self, primitive: usize, normal: Vec3A, point: TrianglePoint) -> SurfacePoint {
-        let TrianglePoint { position, weights: [u, v], error } = point;
-        let (mut geometric_normal, mut shading_normal) = (normal, normal);
-        if !self.normals.is_empty() {
-            let [n0, n1, n2] = self.triangles[primitive].map(|i| self.normals[i as usize]);
-            // A zero or non-finite interpolated normal leaves the geometric one.
-            if let Some(n) = (n0 * (1.0 - u - v) + n1 * u + n2 * v).try_normalize() {
-                shading_normal = n.into();
-                // A file's vertex normals say which side is out, even where its winding does not.
-                if shading_normal.dot(geometric_normal) < 0.0 {
-                    geometric_normal = -geometric_normal;
-                }
-            }
-        }
-        SurfacePoint {
-            position,
-            geometric_normal,
-            shading_normal,
-            offset: error_offset(geometric_normal, error),
-            time: 0.0,
-        }
+    fn surface_at(
+        &self,
+        primitive: usize,
+        triangle: &Triangle,
+        point: TrianglePoint,
+    ) -> SurfacePoint {
+        let normals = (!self.normals.is_empty())
+            .then(|| self.triangles[primitive].map(|i| self.normals[i as usize]));
+        triangle.surface(point, normals)
+    }
+
+    /// The texture coordinates of a triangle's corners.
+    fn triangle_uvs(&self, primitive: usize) -> Option<[Vec2; 3]> {
+        (!self.uvs.is_empty()).then(|| self.triangles[primitive].map(|i| self.uvs[i as usize]))
     }
 }
 
@@ -203,34 +194,17 @@ impl Shape for TriangleMesh {
         let primitive = hit.primitive as usize;
         let triangle = self.triangle(primitive);
         let point = triangle.inner_point(triangle::clamp(Vec2::new(hit.u, hit.v)));
-        self.surface_at(primitive, triangle.normal, point)
+        self.surface_at(primitive, &triangle, point)
     }
 
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
-        let [u, v] = triangle::clamp(Vec2::new(hit.u, hit.v));
-        if self.uvs.is_empty() {
-            return Vec2::new(u, v);
-        }
-        let [t0, t1, t2] = self.triangles[hit.primitive as usize].map(|i| self.uvs[i as usize]);
-        t0 * (1.0 - u - v) + t1 * u + t2 * v
+        triangle::uv(Vec2::new(hit.u, hit.v), self.triangle_uvs(hit.primitive as usize))
     }
 
     fn tangents(&self, _ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
         let primitive = hit.primitive as usize;
-        let [p0, p1, p2] = self.triangles[primitive].map(|i| self.positions[i as usize]);
-        let by_uv = (!self.uvs.is_empty()).then(|| {
-            let [t0, t1, t2] = self.triangles[primitive].map(|i| self.uvs[i as usize].as_dvec2());
-            let (t1, t2) = (t1 - t0, t2 - t0);
-            let (e1, e2) = ((p1 - p0).as_dvec3(), (p2 - p0).as_dvec3());
-            let determinant = t1.perp_dot(t2);
-            [(e1 * t2.y - e2 * t1.y) / determinant, (e2 * t1.x - e1 * t2.x) / determinant]
-                .map(|d| d.as_vec3a())
-        });
-        // Without texture coordinates, or with the same at two corners.
-        by_uv.filter(|[u, v]| u.is_finite() && v.is_finite()).unwrap_or_else(|| {
-            let frame = Frame::from_normal(self.triangle(primitive).normal);
-            [frame.s, frame.t]
-        })
+        let corners = self.triangles[primitive].map(|i| self.positions[i as usize]);
+        triangle::tangents(corners, self.triangle_uvs(primitive))
     }
 
     /// Vertex normals may put the front of a triangle on either side, from place to place.
@@ -261,7 +235,7 @@ impl Shape for TriangleMesh {
     fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
         let triangle = self.triangle(primitive);
         let point = triangle.point(warp::square_to_uniform_triangle(u).to_array());
-        let surface = self.surface_at(primitive, triangle.normal, point);
+        let surface = self.surface_at(primitive, &triangle, point);
         area_sample_toward(triangle.area, from, surface, point.weights.into())
     }
 

@@ -9,6 +9,7 @@ use crate::math::{Aabb, Cone, Frame, type_word};
 use crate::ray::{Hit, Ray};
 
 pub mod cylinder;
+pub mod deforming;
 pub mod disk;
 pub mod instance;
 pub mod mesh;
@@ -17,6 +18,7 @@ pub mod sphere;
 mod triangle;
 
 pub use cylinder::Cylinder;
+pub use deforming::DeformingMesh;
 pub use disk::Disk;
 pub use instance::{Group, Instance};
 pub use mesh::TriangleMesh;
@@ -32,10 +34,26 @@ pub enum Geometry<'a> {
         /// Three vertex indices per triangle, all below `positions.len()`.
         triangles: &'a [[u32; 3]],
     },
+    /// Triangles that are elsewhere at another moment.
+    Deforming(&'a DeformingMesh),
     /// A single primitive that is intersected by one piece of Rust code in every engine.
     Analytic(&'a dyn Analytic),
     /// Other shapes, under a map.
     Instance(&'a Instance),
+}
+
+impl Geometry<'_> {
+    /// The corners of a triangle at a moment within the shutter; `None` for what is not made of triangles.
+    #[must_use]
+    pub fn corners(&self, primitive: u32, time: f32) -> Option<[Vec3A; 3]> {
+        match self {
+            Self::Triangles { positions, triangles } => {
+                Some(triangles[primitive as usize].map(|i| positions[i as usize]))
+            }
+            Self::Deforming(mesh) => Some(mesh.corners(primitive as usize, time)),
+            Self::Analytic(_) | Self::Instance(_) => None,
+        }
+    }
 }
 
 /// A primitive with an intersection test of its own.
@@ -83,7 +101,7 @@ pub trait Shape: Debug + Send + Sync {
         (self.bounds(), Cone::ALL)
     }
 
-    /// Number of primitives; 0 for what cannot emit.
+    /// Number of primitives; 0 for an instance, whose primitives are its group's.
     fn primitive_count(&self) -> usize;
 
     /// Area of one primitive in square scene units; 0 if it is degenerate.

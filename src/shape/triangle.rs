@@ -1,8 +1,9 @@
 //! One triangle of a mesh: its normal and area, and points on it that rays can leave from.
 
-use glam::{DVec3, Vec2, Vec3A};
+use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-use super::{error_offset, rounding};
+use super::{SurfacePoint, error_offset, rounding};
+use crate::math::Frame;
 
 /// A triangle with what is derived from its corners.
 pub(super) struct Triangle {
@@ -58,6 +59,35 @@ impl Triangle {
         self.point(self.inset(point.error, [1.0 - u - v, u, v]))
     }
 
+    /// The surface at one of its points, for the normals of its corners if they have any.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
+    pub(super) fn surface(
+        &self,
+        point: TrianglePoint,
+        vertex_normals: Option<[Vec3; 3]>,
+    ) -> SurfacePoint {
+        let TrianglePoint { position, weights: [u, v], error } = point;
+        let (mut geometric_normal, mut shading_normal) = (self.normal, self.normal);
+        if let Some([n0, n1, n2]) = vertex_normals {
+            // A zero or non-finite interpolated normal leaves the geometric one.
+            if let Some(n) = (n0 * (1.0 - u - v) + n1 * u + n2 * v).try_normalize() {
+                shading_normal = n.into();
+                // A file's vertex normals say which side is out, even where its winding does not.
+                if shading_normal.dot(geometric_normal) < 0.0 {
+                    geometric_normal = -geometric_normal;
+                }
+            }
+        }
+        SurfacePoint {
+            position,
+            geometric_normal,
+            shading_normal,
+            offset: error_offset(geometric_normal, error),
+            time: 0.0,
+        }
+    }
+
     /// How far it reaches from any of its points, per axis.
     #[inline(always)]
     fn extent(&self) -> Vec3A {
@@ -106,6 +136,30 @@ pub(super) fn clamp(b: Vec2) -> [f32; 2] {
     }
     let u = b.x.clamp(0.0, 1.0);
     [u, b.y.clamp(0.0, 1.0 - u)]
+}
+
+/// Texture coordinates at a point, for those of the corners: its weights where they have none.
+pub(super) fn uv(weights: Vec2, corners: Option<[Vec2; 3]>) -> Vec2 {
+    let [u, v] = clamp(weights);
+    corners.map_or(Vec2::new(u, v), |[t0, t1, t2]| t0 * (1.0 - u - v) + t1 * u + t2 * v)
+}
+
+/// Derivatives of the position after both texture coordinates, for those of the corners: directions along the
+/// triangle where they have none, or two the same.
+pub(super) fn tangents(corners: [Vec3A; 3], uvs: Option<[Vec2; 3]>) -> [Vec3A; 2] {
+    let [p0, p1, p2] = corners;
+    let by_uv = uvs.map(|uvs| {
+        let [t0, t1, t2] = uvs.map(|uv| uv.as_dvec2());
+        let (t1, t2) = (t1 - t0, t2 - t0);
+        let (e1, e2) = ((p1 - p0).as_dvec3(), (p2 - p0).as_dvec3());
+        let determinant = t1.perp_dot(t2);
+        [(e1 * t2.y - e2 * t1.y) / determinant, (e2 * t1.x - e1 * t2.x) / determinant]
+            .map(|d| d.as_vec3a())
+    });
+    by_uv.filter(|[u, v]| u.is_finite() && v.is_finite()).unwrap_or_else(|| {
+        let frame = Frame::from_normal(Triangle::new(corners).normal);
+        [frame.s, frame.t]
+    })
 }
 
 /// The unit normal of a triangle and its area. In f32 where that is exact to a few roundings; the cross

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3A};
 use telamon::math::{Frame, Motion};
 use telamon::parity::Budget;
-use telamon::shape::{Cylinder, Disk, Group, Instance, Shape, Sphere, primitives};
+use telamon::shape::{Cylinder, DeformingMesh, Disk, Group, Instance, Shape, Sphere, primitives};
 
 use crate::lattice::Lattice;
-use crate::support::meshes::{mesh, sphere_mesh_and_dropped};
+use crate::support::meshes::{mesh, sphere_mesh, sphere_mesh_and_dropped};
 
 /// What the rays are fired at.
 pub(crate) struct Subject {
@@ -45,6 +45,7 @@ pub(crate) fn all() -> Vec<Subject> {
         near("gyroid", vec![gyroid(0.03)]),
         near("coincident faces", vec![cube(), cube(), ball(), disk(), tube()]),
         near("instances and time", instances()),
+        near("deforming", vec![deforming(), cube()]),
         near("tiny", vec![sphere(DVec3::ZERO, 1e-6, 40)]),
         near("huge", vec![sphere(DVec3::ZERO, 1e6, 40)]),
         Subject {
@@ -116,6 +117,15 @@ fn tube() -> Arc<dyn Shape> {
 fn sphere(center: DVec3, radius: f64, rings: u32) -> Arc<dyn Shape> {
     // Far from the origin some triangles have no area left.
     Arc::new(sphere_mesh_and_dropped(center, radius, rings, 2 * rings).0)
+}
+
+/// A sphere that grows, drifts, and is thrown back.
+fn deforming() -> Arc<dyn Shape> {
+    let key = |time: f64, x: f64, radius: f64| {
+        (time, Arc::new(sphere_mesh(DVec3::new(x, 0.2, -0.1), radius, 20, 40)))
+    };
+    let keys = vec![key(-0.5, -1.0, 0.5), key(0.4, 0.5, 1.5), key(1.0, 0.0, 0.7)];
+    Arc::new(DeformingMesh::new(keys).expect("of one topology"))
 }
 
 /// A unit sphere by longitude and latitude, of which the first `kept` of `rings` rings are there. A pole is

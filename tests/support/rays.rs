@@ -1,6 +1,6 @@
 //! A ray against one shape, by brute force and, for triangles, in f64.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use telamon::ray::{Hit, Ray};
 use telamon::shape::{Geometry, Shape};
 
@@ -18,16 +18,22 @@ pub(crate) fn trace(shape: &dyn Shape, ray: &Ray) -> Option<Hit> {
             });
             hits.min_by(|a, b| a.t.total_cmp(&b.t))
         }),
-        Geometry::Triangles { positions, triangles } => triangles
-            .iter()
-            .zip(0..)
-            .filter_map(|(indices, primitive)| {
-                let corners = indices.map(|i| positions[i as usize].as_dvec3());
-                let (t, u, v) = triangle(corners, ray)?;
-                Some(Hit { t, u, v, shape: 0, primitive, member: 0 })
-            })
-            .min_by(|a, b| a.t.total_cmp(&b.t)),
+        Geometry::Triangles { positions, triangles } => {
+            nearest(triangles.iter().map(|indices| indices.map(|i| positions[i as usize])), ray)
+        }
+        Geometry::Deforming(mesh) => {
+            nearest((0..mesh.triangles().len()).map(|i| mesh.corners(i, ray.time)), ray)
+        }
     }
+}
+
+/// The nearest hit with triangles, given by their corners.
+fn nearest(triangles: impl Iterator<Item = [Vec3A; 3]>, ray: &Ray) -> Option<Hit> {
+    let hit = |(corners, primitive): ([Vec3A; 3], u32)| {
+        let (t, u, v) = triangle(corners.map(|p| p.as_dvec3()), ray)?;
+        Some(Hit { t, u, v, shape: 0, primitive, member: 0 })
+    };
+    triangles.zip(0..).filter_map(hit).min_by(|a, b| a.t.total_cmp(&b.t))
 }
 
 /// Möller and Trumbore (1997), without a tolerance.

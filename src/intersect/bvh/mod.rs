@@ -17,12 +17,14 @@ use crate::ray::{Hit, Ray};
 use crate::shape::{Geometry, Shape};
 
 mod build;
+mod moving;
 mod node;
 #[cfg(test)]
 mod tests;
 mod traverse;
 mod validate;
 
+pub(super) use moving::MovingTree;
 use node::{Child, Node, Pack};
 use traverse::{Found, Inner, Walk};
 pub use validate::Flaw;
@@ -38,6 +40,8 @@ pub struct Bvh {
     offsets: Vec<u32>,
     /// By shape: the tree over the group of an instance. Empty if there is no instance.
     groups: Vec<Option<Arc<Bvh>>>,
+    /// By shape: the tree over a mesh that deforms.
+    moving: Vec<Option<MovingTree>>,
     modes: RustModes,
     simd: Simd,
 }
@@ -56,15 +60,21 @@ impl Bvh {
         let pack = |leaf: &build::Leaf| Pack::new(&tree.order[leaf.range()], corners);
         let packs = tree.leaves.par_iter().map(pack).collect();
         let groups = build_groups(shapes, |members| Self::new(modes, members))?;
+        let moving = shapes.iter().map(MovingTree::new).collect();
         let simd = Simd::detect();
         let shapes = shapes.to_vec();
-        Ok(Self { nodes: tree.nodes, packs, shapes, offsets, groups, modes, simd })
+        Ok(Self { nodes: tree.nodes, packs, shapes, offsets, groups, moving, modes, simd })
     }
 
-    /// The nearest hit with a shape that has a test of its own.
-    fn intersect_shape(&self, shape: usize, ray: &Ray) -> Option<Found> {
+    /// The nearest hit with a shape that has a test of its own or, if `ANY`, just some hit.
+    fn intersect_shape<const ANY: bool>(&self, shape: usize, ray: &Ray) -> Option<Found> {
         let id = self.offsets[shape];
         match self.shapes[shape].geometry() {
+            Geometry::Deforming(_) => {
+                let Hit { t, u, v, primitive, .. } =
+                    self.moving[shape].as_ref()?.hit::<ANY>(ray)?;
+                Some(Found { t, u, v, id, inner: Inner { member: 0, primitive } })
+            }
             Geometry::Analytic(analytic) => {
                 let (t, u, v) = analytic.intersect(ray)?;
                 Some(Found { t, u, v, id, inner: Inner::NONE })
@@ -95,7 +105,7 @@ impl Bvh {
 fn offsets(shapes: &[Arc<dyn Shape>]) -> Result<Vec<u32>, BuildError> {
     let count = |shape: &Arc<dyn Shape>| match shape.geometry() {
         Geometry::Triangles { triangles, .. } => triangles.len(),
-        Geometry::Analytic(_) | Geometry::Instance(_) => 1,
+        Geometry::Deforming(_) | Geometry::Analytic(_) | Geometry::Instance(_) => 1,
     };
     let mut offsets = vec![0];
     let mut total = 0usize;
@@ -153,6 +163,7 @@ impl Intersector for Bvh {
             + size_of_val(self.offsets.as_slice())
             + size_of_val(self.groups.as_slice())
             + distinct(&self.groups).map(|group| group.bytes()).sum::<usize>()
+            + self.moving.iter().flatten().map(MovingTree::bytes).sum::<usize>()
     }
 
     fn name(&self) -> String {

@@ -112,6 +112,35 @@ impl Node {
     }
 }
 
+impl Node {
+    /// Without boxes: those of free places hold nothing, as in [`Node::EMPTY`], and are finite, so that
+    /// [`Node::between`] two of them is as empty.
+    pub(super) fn moving(&self) -> Self {
+        const FAR: f32 = f32::MAX / 4.0;
+        Self { planes: [[F32x8([FAR; LANES]), F32x8([-FAR; LANES])]; 3], children: self.children }
+    }
+
+    /// The box around all children.
+    pub(super) fn around(&self) -> Aabb {
+        self.children().fold(Aabb::EMPTY, |all, (_, bounds, _)| all.union(bounds))
+    }
+
+    /// The node on its way to be `end`, for a fraction of it from 0 to 1.
+    #[inline(always)]
+    pub(super) fn between<L: Lanes>(&self, lanes: L, end: &Self, fraction: f32) -> Self {
+        let (rest, fraction) = (lanes.splat(1.0 - fraction), lanes.splat(fraction));
+        let mut node = self.clone();
+        for axis in 0..3 {
+            for side in 0..2 {
+                let begin = lanes.mul(lanes.load(&self.planes[axis][side]), rest);
+                let end = lanes.mul(lanes.load(&end.planes[axis][side]), fraction);
+                node.planes[axis][side] = lanes.store(lanes.add(begin, end));
+            }
+        }
+        node
+    }
+}
+
 /// How much farther a box reaches in units of t, so that none is left out in which the watertight test
 /// finds a hit.
 ///

@@ -15,7 +15,7 @@ use crate::ray::Ray;
 pub(super) const MAX_DEPTH: usize = 48;
 
 /// On each level all children but one may wait.
-const STACK: usize = MAX_DEPTH * (LANES - 1) + 1;
+pub(super) const STACK: usize = MAX_DEPTH * (LANES - 1) + 1;
 
 /// A hit, with the index of the primitive in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,21 +69,21 @@ pub(super) fn without_denormals(direction: Vec3A) -> Vec3A {
 /// A child that waits: the bits of the distance of its box, then those of its index. Distances are
 /// not negative, so they are ordered as their bits are.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry(u64);
+pub(super) struct Entry(u64);
 
 impl Entry {
     #[inline(always)]
-    fn new(distance: f32, child: Child) -> Self {
+    pub(super) fn new(distance: f32, child: Child) -> Self {
         Self(u64::from(distance.to_bits()) << 32 | u64::from(child.bits()))
     }
 
     #[inline(always)]
-    fn distance(self) -> f32 {
+    pub(super) fn distance(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
     }
 
     #[inline(always)]
-    fn child(self) -> Child {
+    pub(super) fn child(self) -> Child {
         Child::from_bits(self.0 as u32)
     }
 }
@@ -155,7 +155,7 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                     }
                 }
                 ChildKind::Shape(shape) => {
-                    if let Some(hit) = bvh.intersect_shape(shape, &ray) {
+                    if let Some(hit) = bvh.intersect_shape::<ANY>(shape, &ray) {
                         if !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id) {
                             found = Some(hit);
                             if ANY {
@@ -181,7 +181,7 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
 
 /// By insertion: there are few.
 #[inline(always)]
-fn sort_descending(entries: &mut [Entry]) {
+pub(super) fn sort_descending(entries: &mut [Entry]) {
     for i in 1..entries.len() {
         let entry = entries[i];
         let mut hole = i;

@@ -32,7 +32,7 @@ pub struct Embree {
     /// Read by Embree through the pointers that it was given.
     shapes: Vec<Arc<dyn Shape>>,
     #[expect(clippy::vec_box, reason = "Embree keeps the address of each, and the list grows")]
-    _user_shapes: Vec<Box<UserShape>>,
+    user_shapes: Vec<Box<UserShape>>,
 }
 
 // SAFETY: the manual says of a committed scene: "Multiple threads are allowed to trace rays against it"
@@ -62,7 +62,7 @@ impl Embree {
         let scene = unsafe { rtcNewScene(device.handle) };
         let device = Arc::clone(device);
         let mut embree =
-            Self { scene, device, modes, shapes: shapes.to_vec(), _user_shapes: Vec::new() };
+            Self { scene, device, modes, shapes: shapes.to_vec(), user_shapes: Vec::new() };
         embree.device.check()?;
         // SAFETY: the scene is live and not yet committed.
         unsafe { rtcSetSceneFlags(scene, scene_flags(modes)) };
@@ -76,11 +76,11 @@ impl Embree {
                     let geometry = embree.triangles(positions, triangles);
                     embree.attach(geometry, id);
                 }
-                Geometry::Analytic(_) | Geometry::Instance(_) => {
+                Geometry::Deforming(_) | Geometry::Analytic(_) | Geometry::Instance(_) => {
                     let group = groups.get(id as usize).cloned().flatten();
                     let user = UserShape::new(Arc::clone(shape), group);
                     let geometry = user.geometry(&embree.device);
-                    embree._user_shapes.push(user);
+                    embree.user_shapes.push(user);
                     embree.attach(geometry, id);
                 }
             }

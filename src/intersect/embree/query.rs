@@ -89,7 +89,7 @@ impl Intersector for Embree {
     }
 
     fn bytes(&self) -> usize {
-        self.device.bytes()
+        self.device.bytes() + self.user_shapes.iter().map(|user| user.bytes()).sum::<usize>()
     }
 
     fn name(&self) -> String {

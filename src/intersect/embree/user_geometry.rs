@@ -12,6 +12,7 @@ use embree_sys::*;
 use super::Embree;
 use super::device::Device;
 use crate::intersect::Intersector;
+use crate::intersect::bvh::MovingTree;
 use crate::ray::{Hit, Ray};
 use crate::shape::{Geometry, Shape};
 
@@ -22,6 +23,8 @@ pub(super) struct UserShape {
     shape: Arc<dyn Shape>,
     /// The scene of an instance's group.
     group: Option<Arc<Embree>>,
+    /// The tree of a mesh that deforms.
+    moving: Option<MovingTree>,
 }
 
 impl UserShape {
@@ -32,7 +35,8 @@ impl UserShape {
             intersect: Some(intersect),
             occluded: Some(occluded),
         };
-        let mut user = Box::new(Self { callbacks, shape, group });
+        let moving = MovingTree::new(&shape);
+        let mut user = Box::new(Self { callbacks, shape, group, moving });
         user.callbacks.user = (&raw const *user).cast();
         user
     }
@@ -44,13 +48,18 @@ impl UserShape {
             unsafe { rtcNewGeometry(device.handle, RTCGeometryType::RTC_GEOMETRY_TYPE_USER) };
         // SAFETY: the geometry is live and of type USER.
         unsafe { rtcSetGeometryUserPrimitiveCount(geometry, 1) };
-        // SAFETY: the callbacks stay at their address, in a box, until the scene is gone (`_user_shapes`).
+        // SAFETY: the callbacks stay at their address, in a box, until the scene is gone (`user_shapes`).
         unsafe { telamon_set_user_geometry(geometry, &raw const self.callbacks) };
         geometry
     }
 }
 
 impl UserShape {
+    /// Bytes of the tree of a mesh that deforms.
+    pub(super) fn bytes(&self) -> usize {
+        self.moving.as_ref().map_or(0, MovingTree::bytes)
+    }
+
     /// The nearest hit within the ray's segment, as a hit of the only shape.
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         match (self.shape.geometry(), &self.group) {
@@ -58,6 +67,7 @@ impl UserShape {
                 let (t, u, v) = analytic.intersect(ray)?;
                 Some(Hit { t, u, v, shape: 0, primitive: 0, member: 0 })
             }
+            (Geometry::Deforming(_), _) => self.moving.as_ref()?.hit::<false>(ray),
             (Geometry::Instance(instance), Some(group)) => {
                 instance.nearest(ray, |local| group.closest_hit(local))
             }
@@ -69,6 +79,9 @@ impl UserShape {
     fn occluded(&self, ray: &Ray) -> bool {
         match (self.shape.geometry(), &self.group) {
             (Geometry::Analytic(analytic), _) => analytic.intersect(ray).is_some(),
+            (Geometry::Deforming(_), _) => {
+                self.moving.as_ref().is_some_and(|tree| tree.hit::<true>(ray).is_some())
+            }
             (Geometry::Instance(instance), Some(group)) => group.occluded(&instance.local(ray).ray),
             _ => false,
         }

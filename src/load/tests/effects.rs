@@ -65,6 +65,12 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
     ),
     ("cylinder", "flip_normals", "", "<boolean name='flip_normals' value='true'/>"),
     (
+        "deformable",
+        "times",
+        "<shape type='cube'/><shape type='cube'><transform name='to_world'><scale value='2'/></transform></shape>",
+        "<string name='times' value='-1, 1'/>",
+    ),
+    (
         "instance",
         "to_world",
         "<shape type='shapegroup'><shape type='cube'/></shape>",
@@ -336,7 +342,7 @@ fn every_plugin_loads_with_its_defaults() {
             "twosided" | "mask" => "<bsdf type='diffuse'/>",
             "normalmap" => NORMAL,
             "thinlens" => LENS,
-            "shapegroup" => "<shape type='cube'/>",
+            "shapegroup" | "deformable" => "<shape type='cube'/>",
             "instance" => "<shape type='shapegroup'><shape type='cube'/></shape>",
             "blendbsdf" => {
                 "<float name='weight' value='.5'/><bsdf type='diffuse'/><bsdf type='null'/>"

@@ -89,8 +89,9 @@ impl Oracle {
                 primitives.push((index, primitive));
                 boxes.push(match shape.geometry() {
                     Geometry::Triangles { .. } => {
-                        Aabb::around(corners(shape.as_ref(), primitive).map(Vec3::from))
+                        Aabb::around(corners(shape.as_ref(), primitive, 0.0).map(Vec3::from))
                     }
+                    Geometry::Deforming(mesh) => mesh.primitive_bounds(primitive as usize),
                     Geometry::Analytic(_) | Geometry::Instance(_) => shape.bounds(),
                 });
             }
@@ -111,16 +112,12 @@ impl Oracle {
 fn primitives_of(shape: &dyn Shape) -> u32 {
     match shape.geometry() {
         Geometry::Triangles { triangles, .. } => triangles.len() as u32,
+        Geometry::Deforming(mesh) => mesh.triangles().len() as u32,
         Geometry::Analytic(_) | Geometry::Instance(_) => 1,
     }
 }
 
-/// The corners of a triangle.
-fn corners(shape: &dyn Shape, primitive: u32) -> [Vec3A; 3] {
-    match shape.geometry() {
-        Geometry::Triangles { positions, triangles } => {
-            triangles[primitive as usize].map(|i| positions[i as usize])
-        }
-        _ => unreachable!("asked of meshes only"),
-    }
+/// The corners of a triangle at a moment.
+fn corners(shape: &dyn Shape, primitive: u32, time: f32) -> [Vec3A; 3] {
+    shape.geometry().corners(primitive, time).expect("asked of meshes only")
 }

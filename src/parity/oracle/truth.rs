@@ -136,8 +136,9 @@ impl<'a> Truth<'a> {
             return None;
         }
         match shape.geometry() {
-            Geometry::Triangles { .. } => {
-                let triangle = Triangle::new(&line, corners(shape.as_ref(), hit.primitive));
+            Geometry::Triangles { .. } | Geometry::Deforming(_) => {
+                let corners = corners(shape.as_ref(), hit.primitive, line.ray.time);
+                let triangle = Triangle::new(&line, corners);
                 let (crossing, clearance) = (triangle.crossing(&line), triangle.clearance(&line));
                 let confirmed = triangle.is_near(crossing, clearance)
                     && triangle.plane_span(&line).contains(t)
@@ -170,8 +171,8 @@ fn crossings(oracle: &Oracle, line: &Line) -> Vec<Encounter> {
         let (index, primitive) = oracle.primitives[item as usize];
         let shape = oracle.shapes[index as usize].as_ref();
         match shape.geometry() {
-            Geometry::Triangles { .. } => {
-                let triangle = Triangle::new(line, corners(shape, primitive));
+            Geometry::Triangles { .. } | Geometry::Deforming(_) => {
+                let triangle = Triangle::new(line, corners(shape, primitive, line.ray.time));
                 if let Some(t) = triangle.crossing(line) {
                     add(index, primitive, t, triangle.clearance(line), triangle.span(line));
                 }
@@ -207,8 +208,8 @@ fn surroundings(oracle: &Oracle, line: &Line) -> Surroundings {
             meets
         };
         match shape.geometry() {
-            Geometry::Triangles { .. } => {
-                let triangle = Triangle::new(line, corners(shape, primitive));
+            Geometry::Triangles { .. } | Geometry::Deforming(_) => {
+                let triangle = Triangle::new(line, corners(shape, primitive, line.ray.time));
                 let crossing = triangle.crossing(line);
                 let clearance = triangle.clearance(line);
                 let span = triangle.span(line);

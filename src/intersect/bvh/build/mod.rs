@@ -15,9 +15,7 @@ mod partition;
 mod reference;
 mod split;
 
-pub(super) use reference::{finite, outward, references};
-
-use reference::Reference;
+pub(super) use reference::{Reference, finite, outward, references};
 
 use partition::{Around, partition};
 use split::{Measure, best_split};

@@ -51,7 +51,7 @@ pub(in super::super) struct Reference {
 }
 
 impl Reference {
-    fn new(bounds: &Aabb, id: u32, shape: Option<usize>) -> Self {
+    pub(in super::super) fn new(bounds: &Aabb, id: u32, shape: Option<usize>) -> Self {
         let shape = shape.map_or(0, |shape| shape as u32 + 1);
         Self {
             lower: bounds.min.extend(f32::from_bits(id)),
@@ -96,7 +96,7 @@ pub(in super::super) fn references(shapes: &[Arc<dyn Shape>], offsets: &[u32]) -
                     triangles[primitive as usize].map(|i| Vec3::from(positions[i as usize]));
                 Reference::new(&outward(&Aabb::around(corners)), id, None)
             }
-            Geometry::Analytic(_) | Geometry::Instance(_) => {
+            Geometry::Deforming(_) | Geometry::Analytic(_) | Geometry::Instance(_) => {
                 Reference::new(&finite(&shapes[shape].bounds()), id, Some(shape))
             }
         }

@@ -1,0 +1,218 @@
+//! Meshes that change their form while the shutter is open.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec2, Vec3, Vec3A};
+
+use super::triangle::{self, Triangle};
+use super::{Geometry, Shape, ShapeSample, SurfacePoint, TriangleMesh};
+use crate::math::Aabb;
+use crate::ray::{Hit, Ray};
+
+/// A mesh whose vertices, and vertex normals, go along straight lines from each key mesh to the next.
+///
+/// One tree, in Rust, answers for it in every engine, so that all of them see the same triangles: Embree's own
+/// interpolation, in f32, places vertices elsewhere, by roundings of their coordinates.
+#[derive(Debug)]
+pub struct DeformingMesh {
+    /// Moments in units of the shutter, ascending, and the meshes; all have the same triangles.
+    keys: Vec<(f64, Arc<TriangleMesh>)>,
+    bounds: Aabb,
+}
+
+/// Why meshes are not the keys of a deforming one.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DeformingError {
+    /// None at all.
+    #[error("a deforming mesh needs a key")]
+    Empty,
+    /// Times out of order, twice the same or not finite.
+    #[error("the key at time {0} does not come after the one before it")]
+    Order(f64),
+    /// A key with other triangles than the first.
+    #[error(
+        "key {key} has other triangles than the first: all need the same vertices in the same faces"
+    )]
+    Topology {
+        /// Which, from 0.
+        key: usize,
+    },
+    /// A key that has what the first lacks, or the other way round.
+    #[error("key {key} and the first do not both have {attribute}")]
+    Attribute {
+        /// Which, from 0.
+        key: usize,
+        /// `"vertex normals"` or `"texture coordinates"`.
+        attribute: &'static str,
+    },
+}
+
+impl DeformingMesh {
+    /// The mesh that is `keys` at their moments, in units of the shutter, and before the first and after the last
+    /// rests. Texture coordinates are those of the first.
+    ///
+    /// # Errors
+    /// No key, moments that do not ascend, meshes of different topology.
+    pub fn new(keys: Vec<(f64, Arc<TriangleMesh>)>) -> Result<Self, DeformingError> {
+        let (time, first) = keys.first().ok_or(DeformingError::Empty)?;
+        if !time.is_finite() {
+            return Err(DeformingError::Order(*time));
+        }
+        let ascends = |pair: &[(f64, _)]| pair[0].0 < pair[1].0 && pair[1].0.is_finite();
+        if let Some(pair) = keys.windows(2).find(|pair| !ascends(pair)) {
+            return Err(DeformingError::Order(pair[1].0));
+        }
+        for (key, (_, mesh)) in keys.iter().enumerate() {
+            let vertices = mesh.positions().len() == first.positions().len();
+            if !vertices || mesh.triangles() != first.triangles() {
+                return Err(DeformingError::Topology { key });
+            }
+            let pairs = [
+                ("vertex normals", mesh.normals().len() == first.normals().len()),
+                ("texture coordinates", mesh.uvs().len() == first.uvs().len()),
+            ];
+            if let Some((attribute, _)) = pairs.into_iter().find(|(_, alike)| !alike) {
+                return Err(DeformingError::Attribute { key, attribute });
+            }
+        }
+        let bounds = keys.iter().fold(Aabb::EMPTY, |all, (_, mesh)| all.union(mesh.bounds()));
+        Ok(Self { keys, bounds })
+    }
+
+    /// The triangles of all keys, as three vertex indices each.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        self.keys[0].1.triangles()
+    }
+
+    /// The keys around a moment, and how far it is from the first of them to the second.
+    fn around(&self, time: f32) -> (&TriangleMesh, &TriangleMesh, f64) {
+        let time = f64::from(time);
+        let after = self.keys.partition_point(|(key, _)| *key <= time);
+        let last = self.keys.len() - 1;
+        let ((t0, from), (t1, to)) =
+            (&self.keys[after.saturating_sub(1)], &self.keys[after.min(last)]);
+        let part = if t1 > t0 { (time - t0) / (t1 - t0) } else { 0.0 };
+        (from, to, part)
+    }
+
+    /// The corners of a triangle at a moment within the shutter, formed in f64 and rounded once: never outside of
+    /// the box around those of the keys.
+    #[must_use]
+    pub fn corners(&self, primitive: usize, time: f32) -> [Vec3A; 3] {
+        let (from, to, part) = self.around(time);
+        self.triangles()[primitive].map(|i| {
+            let [p, q] = [from, to].map(|mesh| mesh.positions()[i as usize]);
+            let between = p.as_dvec3() * (1.0 - part) + q.as_dvec3() * part;
+            between.as_vec3a().clamp(p.min(q), p.max(q))
+        })
+    }
+
+    /// The ends of the shutter, and the moments between them at which vertices turn.
+    #[must_use]
+    pub fn moments(&self) -> Vec<f32> {
+        let turns = self.keys.iter().map(|(time, _)| *time as f32);
+        let mut moments = vec![0.0];
+        moments.extend(turns.filter(|time| (f32::MIN_POSITIVE..1.0).contains(time)));
+        moments.push(1.0);
+        moments.dedup();
+        moments
+    }
+
+    /// The box around a triangle at all moments.
+    #[must_use]
+    pub fn primitive_bounds(&self, primitive: usize) -> Aabb {
+        let corners = self.keys.iter().flat_map(|(_, mesh)| {
+            self.triangles()[primitive].map(|i| Vec3::from(mesh.positions()[i as usize]))
+        });
+        Aabb::around(corners)
+    }
+
+    /// The vertex normals of a triangle at a moment.
+    fn normals(&self, primitive: usize, time: f32) -> Option<[Vec3; 3]> {
+        let (from, to, part) = self.around(time);
+        (!from.normals().is_empty()).then(|| {
+            self.triangles()[primitive].map(|i| {
+                let [m, n] = [from, to].map(|mesh| mesh.normals()[i as usize]);
+                m * (1.0 - part as f32) + n * part as f32
+            })
+        })
+    }
+
+    /// The texture coordinates of a triangle's corners.
+    fn uvs(&self, primitive: usize) -> Option<[Vec2; 3]> {
+        let uvs = self.keys[0].1.uvs();
+        (!uvs.is_empty()).then(|| self.triangles()[primitive].map(|i| uvs[i as usize]))
+    }
+
+    /// The mesh as it is at a moment.
+    #[must_use]
+    pub fn at(&self, time: f32) -> TriangleMesh {
+        let (from, to, part) = self.around(time);
+        let between = |p: DVec3, q: DVec3| p * (1.0 - part) + q * part;
+        let positions = from.positions().iter().zip(to.positions());
+        let positions = positions.map(|(p, q)| between(p.as_dvec3(), q.as_dvec3()).as_vec3a());
+        let normals = from.normals().iter().zip(to.normals());
+        let normals = normals.map(|(m, n)| between(m.as_dvec3(), n.as_dvec3()).as_vec3());
+        let (positions, normals) = (positions.collect(), normals.collect());
+        let triangles = self.triangles().to_vec();
+        let mesh = TriangleMesh::new(positions, triangles, normals, self.keys[0].1.uvs().to_vec());
+        mesh.expect("as many vertices and the same indices as the keys").0
+    }
+}
+
+impl Shape for DeformingMesh {
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry::Deforming(self)
+    }
+
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let primitive = hit.primitive as usize;
+        let triangle = Triangle::new(self.corners(primitive, ray.time));
+        let point = triangle.inner_point(triangle::clamp(Vec2::new(hit.u, hit.v)));
+        let surface = triangle.surface(point, self.normals(primitive, ray.time));
+        SurfacePoint { time: ray.time, ..surface }
+    }
+
+    fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
+        triangle::uv(Vec2::new(hit.u, hit.v), self.uvs(hit.primitive as usize))
+    }
+
+    fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
+        let primitive = hit.primitive as usize;
+        triangle::tangents(self.corners(primitive, ray.time), self.uvs(primitive))
+    }
+
+    fn primitive_count(&self) -> usize {
+        self.triangles().len()
+    }
+
+    /// None: what moves cannot emit.
+    fn primitive_area(&self, _primitive: usize) -> f64 {
+        0.0
+    }
+
+    fn sample_primitive(&self, _primitive: usize, _from: Vec3A, _u: Vec2) -> Option<ShapeSample> {
+        None
+    }
+
+    fn primitive_pdf(&self, _primitive: usize, _from: Vec3A, _point: &SurfacePoint) -> f64 {
+        0.0
+    }
+
+    fn bytes(&self) -> usize {
+        self.keys.iter().map(|(_, mesh)| mesh.bytes()).sum()
+    }
+
+    fn has_vertex_normals(&self) -> bool {
+        !self.keys[0].1.normals().is_empty()
+    }
+
+    fn moves(&self) -> bool {
+        true
+    }
+}
