@@ -60,6 +60,12 @@ pub(super) static ENVIRONMENT_MAP: Plugin = Plugin {
             Default::Identity,
             "turns or mirrors it; where it is moved to is of no matter",
         ),
+        property(
+            "mis_compensation",
+            Kind::Boolean,
+            Default::Boolean(false),
+            "read and not needed: it is about noise",
+        ),
     ],
     parts: &[],
     build: Build::Emitter(environment_map),

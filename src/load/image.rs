@@ -20,12 +20,16 @@ pub(super) fn load(path: &Path) -> Result<Image, String> {
         openexr(&bytes)?
     } else {
         match image::guess_format(&bytes) {
-            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Hdr)) => {
-                other(&bytes, format)?
-            }
+            Ok(
+                format @ (ImageFormat::Png
+                | ImageFormat::Jpeg
+                | ImageFormat::Bmp
+                | ImageFormat::Hdr),
+            ) => other(&bytes, format)?,
             _ => {
                 return Err(
-                    "is no image in a known format (expected PNG, JPEG, OpenEXR or HDR)".into()
+                    "is no image in a known format (expected PNG, JPEG, BMP, OpenEXR or HDR)"
+                        .into(),
                 );
             }
         }

@@ -177,6 +177,14 @@ pub(super) static AOV: Plugin = Plugin {
     build: Build::Integrator(aov),
 };
 
+pub(super) static MOMENT: Plugin = Plugin {
+    name: "moment",
+    help: "The integrator inside it. The second moments of Mitsuba's are left out: `render --variance` has more.",
+    properties: &[],
+    parts: &[Part { category: Category::Integrator, least: 1, most: 1 }],
+    build: Build::Integrator(moment),
+};
+
 /// Kinds of layers by the names that Mitsuba gives them.
 const AOV_KINDS: [(&str, AovKind); 8] = [
     ("depth", AovKind::Depth),
@@ -335,12 +343,25 @@ fn aov(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
         return Err(Issue::new(object.place_of("aovs"), message));
     }
     let picture = object.parts(Category::Integrator).next();
-    if let Some(inner) = picture.filter(|p| std::ptr::eq(p.plugin(), &raw const AOV)) {
-        let message = "integrator `aov` inside integrator `aov`: put all layers into one of them";
-        return Err(Issue::new(inner.place(), message));
-    }
-    let picture = picture.map(|p| build(&p)).transpose()?.map(Box::new);
+    let picture = picture.map(|inner| match build(&inner)? {
+        IntegratorSettings::Aov { .. } => {
+            let message =
+                "integrator `aov` inside integrator `aov`: put all layers into one of them";
+            Err(Issue::new(inner.place(), message))
+        }
+        settings => Ok(Box::new(settings)),
+    });
+    let picture = picture.transpose()?;
     Ok(IntegratorSettings::Aov { layers, picture })
+}
+
+fn moment(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
+    let inner = object.parts(Category::Integrator).next();
+    let settings = build(&inner.expect("the table asks for one"))?;
+    let message = "second moments are left out";
+    let help = "`telamon render --variance` adds layers with the variance";
+    object.warn(Issue::new(object.place_of_type(), message).with_help(help));
+    Ok(settings)
 }
 
 fn aov_layer(item: &str, place: Place) -> Result<AovLayer, Issue> {

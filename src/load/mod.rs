@@ -109,7 +109,7 @@ fn load(
     if is_nori {
         nori::translate(&mut root, &mut notes.issues);
     }
-    upgrade::upgrade(&mut root, &sources);
+    upgrade::upgrade(&mut root, &sources, &mut notes.warnings);
     let graph = graph::build(&root, incomplete, &mut notes.issues);
     check::check(&graph, &sources, &mut notes);
     fail_on_issues(&notes)?;

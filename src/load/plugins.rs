@@ -71,6 +71,7 @@ static PLUGINS: &[&Plugin] = &[
     &integrator::BRANCHING,
     &integrator::AMBIENT_OCCLUSION,
     &integrator::AOV,
+    &integrator::MOMENT,
 ];
 
 /// Every plugin that a scene file can name, category by category.

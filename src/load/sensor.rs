@@ -76,6 +76,14 @@ const SHUTTER_CLOSE: PropertyInfo = property(
     "when the shutter closes",
 );
 
+/// Mitsuba's exporters write it for cameras of all kinds.
+const UNUSED_FOCUS_DISTANCE: PropertyInfo = property(
+    "focus_distance",
+    Kind::Float(Bounds::Positive),
+    Default::Absent("everything is sharp"),
+    "read and not needed: without a lens all distances are in focus",
+);
+
 const PARTS: &[Part] = &[Part::optional(Category::Film), Part::optional(Category::Sampler)];
 
 pub(super) static PERSPECTIVE: Plugin = Plugin {
@@ -98,6 +106,7 @@ pub(super) static PERSPECTIVE: Plugin = Plugin {
             Default::Float(0.0),
             "shift of the optical axis, as a fraction of the height",
         ),
+        UNUSED_FOCUS_DISTANCE,
         NEAR_CLIP,
         FAR_CLIP,
         SHUTTER_OPEN,
@@ -158,6 +167,7 @@ pub(super) static ORTHOGRAPHIC: Plugin = Plugin {
             Default::Absent("infinity"),
             "what is farther by `far_clip - near_clip` from there is not seen (Mitsuba: 10000)",
         ),
+        UNUSED_FOCUS_DISTANCE,
         SHUTTER_OPEN,
         SHUTTER_CLOSE,
     ],

@@ -15,7 +15,7 @@ const TO_UV: PropertyInfo =
 
 pub(super) static BITMAP: Plugin = Plugin {
     name: "bitmap",
-    help: "A picture: PNG, JPEG, OpenEXR or HDR. Its first row lies along v = 0.",
+    help: "A picture: PNG, JPEG, BMP, OpenEXR or HDR. Its first row lies along v = 0.",
     properties: &[
         property("filename", Kind::File, Default::Required, "the image file"),
         property(
@@ -37,6 +37,18 @@ pub(super) static BITMAP: Plugin = Plugin {
             "what holds outside of the unit square",
         ),
         TO_UV,
+        property(
+            "format",
+            Kind::Choice(&["variant", "auto", "fp16"]),
+            Default::Text("variant"),
+            "read and not needed: pixels are kept in the precision of the file",
+        ),
+        property(
+            "accel",
+            Kind::Boolean,
+            Default::Boolean(true),
+            "read and not needed: it is for graphics cards",
+        ),
     ],
     parts: &[],
     build: Build::Texture(bitmap),

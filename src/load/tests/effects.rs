@@ -292,7 +292,9 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
 
 /// Properties that have no second value to try, are documented to be read and not needed, or are
 /// required and tested by themselves. Meshes are left to `meshes.rs`, because they need files.
-const WITHOUT_EFFECT: [(&str, &str); 15] = [
+const WITHOUT_EFFECT: [(&str, &str); 17] = [
+    ("perspective", "focus_distance"),
+    ("orthographic", "focus_distance"),
     ("thinlens", "aperture_radius"),
     ("stratified", "jitter"),
     ("multijitter", "jitter"),
@@ -348,6 +350,7 @@ fn every_plugin_loads_with_its_defaults() {
                 "<float name='weight' value='.5'/><bsdf type='diffuse'/><bsdf type='null'/>"
             }
             "aov" => "<string name='aovs' value='dd:depth'/>",
+            "moment" => "<integrator type='path'/>",
             _ => "",
         };
         let text = scene_with(plugin.category(), plugin.name, inner);

@@ -176,6 +176,73 @@ fn old_scenes_are_upgraded() {
     assert_eq!(albedo, glam::Vec3A::splat(0.25));
 }
 
+/// What only older versions have, and the picture does not need.
+#[test]
+fn what_old_scenes_have_of_their_own_is_left_out_or_replaced() {
+    let loaded = load(
+        "<scene version='0.5.0'><integrator type='path'><boolean name='strictNormals' value='true'/></integrator>
+<sensor type='perspective'><float name='focusDistance' value='6'/>
+<sampler type='halton'><integer name='sampleCount' value='9'/><integer name='scramble' value='-1'/></sampler>
+<film type='ldrfilm'><integer name='width' value='9'/><string name='fileFormat' value='png'/>
+<string name='pixelFormat' value='rgba'/><float name='gamma' value='2.2'/><boolean name='banner' value='false'/>
+<rfilter type='box'/></film></sensor></scene>",
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
+    let said: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        said,
+        [
+            "scene.xml:3:16: sampler `sobol` is used in place of `halton`",
+            "scene.xml:4:13: film `hdrfilm` is used in place of `ldrfilm`",
+        ]
+    );
+    let d = loaded.description;
+    assert_eq!((d.film.width, d.film.alpha, d.film.filter), (9, true, Filter::Box));
+    assert_eq!((d.sampler.kind, d.sampler.samples_per_pixel), (SamplerKind::Sobol, 9));
+}
+
+/// What Mitsuba 0.6 names and version 3 has in other words.
+#[test]
+fn old_objects_are_said_in_new_words() {
+    let scene = |version: &str, content: &str| {
+        let text = format!("<scene version='{version}'>{content}{SENSOR}</scene>");
+        let loaded = load(&text).unwrap_or_else(|e| panic!("{e}"));
+        format!("{:?}", loaded.description.scene)
+    };
+    for (old, new) in [
+        (
+            "<shape type='disk'><emitter type='area'><blackbody name='radiance' temperature='3500K'/></emitter></shape>",
+            "<shape type='disk'><emitter type='area'><spectrum type='blackbody' name='radiance'>\
+             <float name='temperature' value='3500'/></spectrum></emitter></shape>",
+        ),
+        (
+            "<shape type='disk'><bsdf type='roughconductor'><float name='extEta' value='1'/></bsdf></shape>",
+            "<shape type='disk'><bsdf type='roughconductor'/></shape>",
+        ),
+        (
+            "<emitter type='point'><float name='samplingWeight' value='3'/></emitter>",
+            "<emitter type='point'/>",
+        ),
+    ] {
+        assert_eq!(scene("0.6.0", old), scene("3.0.0", new), "{old}");
+    }
+}
+
+#[test]
+fn second_moments_are_left_out() {
+    let text = format!(
+        "<scene version='3.0.0'><integrator type='moment'><integrator type='path'>\
+         <integer name='max_depth' value='3'/></integrator></integrator>{SENSOR}</scene>"
+    );
+    let loaded = load(&text).unwrap_or_else(|e| panic!("{e}"));
+    let IntegratorSettings::Path(path) = loaded.description.integrator else {
+        panic!("{:?}", loaded.description.integrator)
+    };
+    assert_eq!(path.max_depth, Some(3));
+    let said: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(said, ["scene.xml:1:42: second moments are left out"]);
+}
+
 fn write(folder: &Path, name: &str, text: &str) {
     let path = folder.join(name);
     fs::create_dir_all(path.parent().expect("has a folder")).expect("can be made");

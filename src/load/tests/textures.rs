@@ -39,6 +39,7 @@ impl Folder {
         };
         let rgb8 = image::RgbImage::from_raw(4, 3, COLORS.to_vec()).expect("the right size");
         save("t8.png", rgb8.clone().into(), ImageFormat::Png);
+        save("t8.bmp", rgb8.clone().into(), ImageFormat::Bmp);
         let rgba8 = DynamicImage::from(rgb8).into_rgba8();
         save("rgba.png", rgba8.into(), ImageFormat::Png);
         let wide = COLORS.map(|c| u16::from(c) * 257).to_vec();
@@ -113,6 +114,8 @@ fn albedo(loaded: &Loaded, u: f32, v: f32) -> Vec3A {
 }
 
 const RAW: &str = "<boolean name='raw' value='true'/>";
+/// How Mitsuba shall store pixels, which is of no matter here.
+const STORAGE: &str = "<string name='format' value='auto'/><boolean name='accel' value='false'/>";
 const NEAREST: &str =
     "<boolean name='raw' value='true'/><string name='filter_type' value='nearest'/>";
 const MIRROR: &str = "<boolean name='raw' value='true'/><string name='wrap_mode' value='mirror'/>";
@@ -126,6 +129,8 @@ fn bitmaps_are_those_of_mitsuba() {
     for (file, more, u, v, expected) in [
         ("t8.png", "", 0.1, 0.1, [0.121_342, 0.077_056, 0.765_569]),
         ("t8.png", "", -0.3, 1.4, [0.256_746, 0.394_46, 0.430_765]),
+        ("t8.png", STORAGE, 0.1, 0.1, [0.121_342, 0.077_056, 0.765_569]),
+        ("t8.bmp", "", 0.1, 0.1, [0.121_342, 0.077_056, 0.765_569]),
         ("rgba.png", "", 0.9, 0.95, [0.075_431, 0.307_32, 0.172_727]),
         ("t8.png", RAW, 0.1, 0.1, [0.174_98, 0.139_451, 0.843_137]),
         ("t8.png", RAW, 0.5, 0.5, [0.245_098, 0.335_294, 0.707_843]),
@@ -193,6 +198,27 @@ fn old_offsets_and_scales_become_a_map() {
 }
 
 /// However often a file is named and a texture referred to.
+/// Filters over many pixels and gammas, which version 3 does not have.
+#[test]
+fn old_bitmaps_become_new_ones() {
+    let folder = Folder::with_images();
+    let value = |version: &str, more: &str| {
+        let text = format!(
+            "<scene version='{version}'><shape type='rectangle'>{}</shape>{SENSOR}</scene>",
+            bitmap("t8.png", more)
+        );
+        albedo(&folder.load_text(&text).expect("valid"), 0.1, 0.1)
+    };
+    for (old, new) in [
+        ("<string name='filterType' value='trilinear'/>", ""),
+        ("<string name='filterType' value='ewa'/><float name='gamma' value='-1'/>", ""),
+        ("<float name='gamma' value='1'/>", RAW),
+        ("<float name='gamma' value='1.0'/><string name='filterType' value='nearest'/>", NEAREST),
+    ] {
+        assert_eq!(value("0.5.0", old), value("3.0.0", new), "{old}");
+    }
+}
+
 #[test]
 fn images_are_shared() {
     let folder = Folder::with_images();
@@ -313,7 +339,7 @@ fn wrong_textures_are_errors() {
         ),
         (
             bitmap("text.png", ""),
-            "scene.xml:2:119: text.png is no image in a known format (expected PNG, JPEG, OpenEXR or HDR)"
+            "scene.xml:2:119: text.png is no image in a known format (expected PNG, JPEG, BMP, OpenEXR or HDR)"
                 .to_owned(),
         ),
         (
