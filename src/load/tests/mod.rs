@@ -9,6 +9,7 @@ use crate::scene::Description;
 mod effects;
 mod format;
 mod fuzz;
+mod meanings;
 mod meshes;
 mod messages;
 mod nori;
