@@ -24,8 +24,8 @@ impl Budget {
 
     /// Of Embree's robust test, which is watertight but for rays that are aimed: at a vertex the errors of the
     /// edges are independent, so that it may miss all triangles around it, and what it sees from the side
-    /// it reports at any distance.
-    pub const EMBREE_ROBUST: Self = Self { random: 0.0, aimed: 1e-2 };
+    /// it reports at any distance. Of random rays it loses 6·10⁻⁶ at slivers a million times as long as wide.
+    pub const EMBREE_ROBUST: Self = Self { random: 1e-5, aimed: 1e-2 };
 
     /// Of modes that trade rays for speed.
     pub const FAST: Self = Self { random: 1e-3, aimed: 0.2 };

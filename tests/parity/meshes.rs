@@ -24,7 +24,7 @@ impl Subject {
     /// Embree's fast mode loses 0.7 % of all random rays there.
     pub(crate) fn budget(&self, budget: Budget) -> Budget {
         match budget {
-            Budget { random, aimed } if self.is_far && random > 0.0 => {
+            Budget { random, aimed } if self.is_far && random >= Budget::FAST.random => {
                 Budget { random: 0.02, aimed }
             }
             budget => budget,
