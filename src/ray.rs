@@ -1,6 +1,6 @@
 //! Rays and the hits that an engine reports for them.
 
-use glam::Vec3A;
+use glam::{DAffine3, Vec3A};
 
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
 ///
@@ -39,6 +39,25 @@ impl Ray {
     #[must_use]
     pub fn until(self, t_max: f32) -> Self {
         Self { t_max, ..self }
+    }
+
+    /// The ray in the space that `map` leads to, formed in f64 and rounded once, and lengths along it over
+    /// lengths along this one. The map must not flatten its direction.
+    #[must_use]
+    pub fn mapped(&self, map: &DAffine3) -> (Self, f64) {
+        let origin = map.transform_point3(self.origin.as_dvec3());
+        let direction = map.transform_vector3(self.direction.as_dvec3());
+        let stretch = direction.length();
+        let along = |t: f32| (f64::from(t) * stretch) as f32;
+        let ray = Self {
+            origin: origin.as_vec3a(),
+            direction: (direction / stretch).as_vec3a(),
+            // 0 stands for the surface that the ray leaves, as in `Ray::new`.
+            t_min: along(self.t_min).max(f32::MIN_POSITIVE),
+            t_max: along(self.t_max),
+            time: self.time,
+        };
+        (ray, stretch)
     }
 
     /// Whether an engine may be asked about this ray. Engines report no hit for any other:

@@ -1,6 +1,6 @@
 //! A camera that moves while the shutter is open.
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::camera::CameraError;
 use crate::math::Motion;
@@ -40,17 +40,8 @@ impl CameraMotion {
     #[must_use]
     pub fn carry(&self, ray: &Ray, time: f32) -> Ray {
         let map = self.camera_to_world.at(time.into());
-        let axes = unit_axes(map.matrix3);
-        let direction = axes * ray.direction.as_dvec3();
-        let length = direction.length();
-        let along = |t: f32| (f64::from(t) * length) as f32;
-        Ray {
-            origin: (axes * ray.origin.as_dvec3() + map.translation).as_vec3a(),
-            direction: (direction / length).as_vec3a(),
-            t_min: along(ray.t_min).max(f32::MIN_POSITIVE),
-            t_max: along(ray.t_max),
-            time,
-        }
+        let map = DAffine3 { matrix3: unit_axes(map.matrix3), ..map };
+        Ray { time, ..ray.mapped(&map).0 }
     }
 }
 

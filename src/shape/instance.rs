@@ -183,20 +183,8 @@ impl Instance {
     /// `ray` in the group's space, formed in f64 and rounded once.
     #[must_use]
     pub fn local(&self, ray: &Ray) -> LocalRay {
-        let maps = self.maps(ray.time);
-        let origin = maps.to_group.transform_point3(ray.origin.as_dvec3());
-        let direction = maps.to_group.transform_vector3(ray.direction.as_dvec3());
-        let stretch = direction.length();
-        let along = |t: f32| (f64::from(t) * stretch) as f32;
-        let local = Ray {
-            origin: origin.as_vec3a(),
-            direction: (direction / stretch).as_vec3a(),
-            // 0 stands for the surface that the ray leaves, as in `Ray::new`.
-            t_min: along(ray.t_min).max(f32::MIN_POSITIVE),
-            t_max: along(ray.t_max),
-            time: ray.time,
-        };
-        LocalRay { ray: local, stretch }
+        let (ray, stretch) = ray.mapped(&self.maps(ray.time).to_group);
+        LocalRay { ray, stretch }
     }
 
     /// The nearest hit within the ray's segment, given `closest_hit` of an engine over the group.
