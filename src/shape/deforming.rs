@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
 use super::triangle::{self, Triangle};
-use super::{Geometry, Shape, ShapeSample, SurfacePoint, TriangleMesh};
+use super::{Geometry, Shape, SurfacePoint, TriangleMesh};
 use crate::math::Aabb;
 use crate::ray::{Hit, Ray};
 
@@ -189,19 +189,6 @@ impl Shape for DeformingMesh {
 
     fn primitive_count(&self) -> usize {
         self.triangles().len()
-    }
-
-    /// None: what moves cannot emit.
-    fn primitive_area(&self, _primitive: usize) -> f64 {
-        0.0
-    }
-
-    fn sample_primitive(&self, _primitive: usize, _from: Vec3A, _u: Vec2) -> Option<ShapeSample> {
-        None
-    }
-
-    fn primitive_pdf(&self, _primitive: usize, _from: Vec3A, _point: &SurfacePoint) -> f64 {
-        0.0
     }
 
     fn bytes(&self) -> usize {

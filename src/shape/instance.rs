@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
 
-use super::{Geometry, Shape, ShapeSample, SurfacePoint, error_offset, rounding};
+use super::{Geometry, Shape, SurfacePoint, error_offset, rounding};
 use crate::math::{Aabb, Motion};
 use crate::ray::{Hit, Ray};
 
@@ -286,18 +286,6 @@ impl Shape for Instance {
     /// None: an instance cannot emit.
     fn primitive_count(&self) -> usize {
         0
-    }
-
-    fn primitive_area(&self, _primitive: usize) -> f64 {
-        0.0
-    }
-
-    fn sample_primitive(&self, _primitive: usize, _from: Vec3A, _u: Vec2) -> Option<ShapeSample> {
-        None
-    }
-
-    fn primitive_pdf(&self, _primitive: usize, _from: Vec3A, _point: &SurfacePoint) -> f64 {
-        0.0
     }
 
     /// Without the group, which all its instances share.

@@ -104,16 +104,22 @@ pub trait Shape: Debug + Send + Sync {
     /// Number of primitives; 0 for an instance, whose primitives are its group's.
     fn primitive_count(&self) -> usize;
 
-    /// Area of one primitive in square scene units; 0 if it is degenerate.
-    fn primitive_area(&self, primitive: usize) -> f64;
+    /// Area of one primitive in square scene units; 0 if it is degenerate, or cannot emit, as is the default.
+    fn primitive_area(&self, _primitive: usize) -> f64 {
+        0.0
+    }
 
     /// A point of one primitive as seen from `from`. `None` where nothing of it can be sampled.
-    fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample>;
+    fn sample_primitive(&self, _primitive: usize, _from: Vec3A, _u: Vec2) -> Option<ShapeSample> {
+        None
+    }
 
     /// Density with which [`Shape::sample_primitive`] chooses the direction from `from` to `point`,
     /// which lies on that primitive, in sr⁻¹; 0 where it never does.
     /// In f64, because a primitive may be too small for its density to be an f32.
-    fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64;
+    fn primitive_pdf(&self, _primitive: usize, _from: Vec3A, _point: &SurfacePoint) -> f64 {
+        0.0
+    }
 
     /// Bytes held by the shape's buffers.
     fn bytes(&self) -> usize;
