@@ -81,6 +81,11 @@ impl Bvh {
             }
             Geometry::Instance(instance) => {
                 let group = self.groups[shape].as_ref()?;
+                // Where it was hit is not asked.
+                if ANY {
+                    let within = group.trace::<ANY>(&instance.local(ray).ray)?;
+                    return Some(Found { id, ..within });
+                }
                 let hit = instance.nearest(ray, |local| group.closest_hit(local))?;
                 let Hit { t, u, v, primitive, member, .. } = hit;
                 Some(Found { t, u, v, id, inner: Inner { member, primitive } })
@@ -128,12 +133,8 @@ fn locate(offsets: &[u32], id: u32) -> (usize, u32) {
 
 fn corners(shapes: &[Arc<dyn Shape>], offsets: &[u32], id: u32) -> Corners {
     let (shape, primitive) = locate(offsets, id);
-    match shapes[shape].geometry() {
-        Geometry::Triangles { positions, triangles } => {
-            triangles[primitive as usize].map(|i| Vec3::from(positions[i as usize]).to_array())
-        }
-        _ => unreachable!("leaves of triangles hold triangles"),
-    }
+    let corners = shapes[shape].geometry().corners(primitive, 0.0);
+    corners.expect("leaves of triangles hold triangles").map(|p| Vec3::from(p).to_array())
 }
 
 impl Intersector for Bvh {

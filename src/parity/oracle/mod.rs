@@ -111,9 +111,8 @@ impl Oracle {
 /// Boxes that a shape takes in the tree.
 fn primitives_of(shape: &dyn Shape) -> u32 {
     match shape.geometry() {
-        Geometry::Triangles { triangles, .. } => triangles.len() as u32,
-        Geometry::Deforming(mesh) => mesh.triangles().len() as u32,
-        Geometry::Analytic(_) | Geometry::Instance(_) => 1,
+        Geometry::Instance(_) => 1,
+        _ => shape.primitive_count() as u32,
     }
 }
 
