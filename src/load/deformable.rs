@@ -40,9 +40,7 @@ fn build(object: &Object<'_>) -> Result<BuiltShape, Issue> {
             Issue::new(forms[key].place(), error.to_string())
                 .with_help("export all forms of one mesh, with the same vertices in the same order")
         }
-        DeformingError::Order(_) | DeformingError::Empty => {
-            Issue::new(object.place_of("times"), "times must ascend")
-        }
+        DeformingError::Keys(_) => Issue::new(object.place_of("times"), "times must ascend"),
     })?;
     if close > open {
         Ok(BuiltShape::new(Arc::new(mesh)))

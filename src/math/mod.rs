@@ -5,6 +5,7 @@ pub mod aabb;
 pub mod cone;
 pub mod discrete;
 pub mod frame;
+pub mod keys;
 pub mod motion;
 pub mod special;
 pub mod warp;
@@ -13,6 +14,7 @@ pub use aabb::Aabb;
 pub use cone::Cone;
 pub use discrete::{Choice, Discrete};
 pub use frame::Frame;
+pub use keys::{Keys, KeysError};
 pub use motion::Motion;
 
 /// Linear sRGB: radiance in W·m⁻²·sr⁻¹ per channel, or a unitless reflectance.

@@ -2,6 +2,8 @@
 
 use glam::DAffine3;
 
+use super::keys::{Keys, KeysError};
+
 /// A map for each moment within the shutter, `[0, 1]`: its matrix is linear between keys, and that of the first
 /// or last key before and after them.
 ///
@@ -9,19 +11,7 @@ use glam::DAffine3;
 /// between two keys cuts the corner: the lecture's time-varying shapes are the same, and more keys mend it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// In the order of their times, which are all different.
-    keys: Vec<(f64, DAffine3)>,
-}
-
-/// Why keys do not make a motion.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum MotionError {
-    /// None at all.
-    #[error("a motion needs a key")]
-    Empty,
-    /// Times out of order, twice the same or not finite.
-    #[error("the key at time {0} does not come after the one before it")]
-    Order(f64),
+    keys: Keys<DAffine3>,
 }
 
 impl Motion {
@@ -29,30 +19,17 @@ impl Motion {
     ///
     /// # Errors
     /// No key, or times that do not ascend.
-    pub fn new(keys: Vec<(f64, DAffine3)>) -> Result<Self, MotionError> {
-        let first = keys.first().ok_or(MotionError::Empty)?.0;
-        if !first.is_finite() {
-            return Err(MotionError::Order(first));
-        }
-        match keys.windows(2).find(|pair| !(pair[0].0 < pair[1].0 && pair[1].0.is_finite())) {
-            Some(pair) => Err(MotionError::Order(pair[1].0)),
-            None => Ok(Self { keys }),
-        }
+    pub fn new(keys: Vec<(f64, DAffine3)>) -> Result<Self, KeysError> {
+        Keys::new(keys).map(|keys| Self { keys })
     }
 
     /// The map at a moment.
     #[must_use]
     pub fn at(&self, time: f64) -> DAffine3 {
-        let after = self.keys.partition_point(|(key, _)| *key <= time);
-        let (Some(&(t0, from)), Some(&(t1, to))) =
-            (self.keys[..after].last(), self.keys.get(after))
-        else {
-            return if after == 0 { self.keys[0].1 } else { self.keys[after - 1].1 };
-        };
-        let part = (time - t0) / (t1 - t0);
+        let (from, to, part) = self.keys.around(time);
         DAffine3 {
             matrix3: from.matrix3 * (1.0 - part) + to.matrix3 * part,
-            translation: from.translation * (1.0 - part) + to.translation * part,
+            translation: from.translation.lerp(to.translation, part),
         }
     }
 
@@ -62,37 +39,37 @@ impl Motion {
     pub fn within(&self, open: f64, close: f64) -> Self {
         let mut keys = vec![(0.0, self.at(open))];
         if close > open {
-            let inner = self.keys.iter().filter(|(time, _)| open < *time && *time < close);
+            let inner = self.keys().iter().filter(|(time, _)| open < *time && *time < close);
             let relative = |&(time, map): &(f64, DAffine3)| ((time - open) / (close - open), map);
             keys.extend(inner.map(relative).filter(|(time, _)| 0.0 < *time && *time < 1.0));
             keys.push((1.0, self.at(close)));
         }
         // Rounding may have put two keys to one moment.
         keys.dedup_by(|b, a| b.0 <= a.0);
-        Self { keys }
+        Self { keys: Keys(keys) }
     }
 
     /// The only map, if there is no other.
     #[must_use]
     pub fn still(&self) -> Option<DAffine3> {
-        let first = self.keys[0].1;
-        self.keys.iter().all(|(_, map)| *map == first).then_some(first)
+        let first = *self.keys.first();
+        self.keys().iter().all(|(_, map)| *map == first).then_some(first)
     }
 
     /// The keys: times and maps.
     #[must_use]
     pub fn keys(&self) -> &[(f64, DAffine3)] {
-        &self.keys
+        self.keys.as_slice()
     }
 
     /// Moments at which to look for what holds all the time: all keys, and 63 between each two.
     pub fn moments(&self) -> impl Iterator<Item = f64> {
         const PARTS: u32 = 64;
-        let between = self.keys.windows(2).flat_map(|pair| {
+        let between = self.keys().windows(2).flat_map(|pair| {
             let part = move |i| f64::from(i) / f64::from(PARTS);
             (0..PARTS).map(move |i| pair[0].0 + (pair[1].0 - pair[0].0) * part(i))
         });
-        between.chain(self.keys.last().map(|(time, _)| *time))
+        between.chain(self.keys().last().map(|(time, _)| *time))
     }
 }
 
@@ -133,10 +110,10 @@ mod tests {
             let keys = times.iter().map(|&time| (time, DAffine3::IDENTITY)).collect();
             Motion::new(keys).map(|_| ())
         };
-        assert_eq!(at(&[]), Err(MotionError::Empty));
-        assert_eq!(at(&[0.0, 0.0]), Err(MotionError::Order(0.0)));
-        assert_eq!(at(&[1.0, 0.0]), Err(MotionError::Order(0.0)));
-        assert!(matches!(at(&[0.0, f64::NAN]), Err(MotionError::Order(_))));
-        assert!(matches!(at(&[f64::INFINITY]), Err(MotionError::Order(_))));
+        assert_eq!(at(&[]), Err(KeysError::Empty));
+        assert_eq!(at(&[0.0, 0.0]), Err(KeysError::Order(0.0)));
+        assert_eq!(at(&[1.0, 0.0]), Err(KeysError::Order(0.0)));
+        assert!(matches!(at(&[0.0, f64::NAN]), Err(KeysError::Order(_))));
+        assert!(matches!(at(&[f64::INFINITY]), Err(KeysError::Order(_))));
     }
 }

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3, Vec3A};
+use glam::{Vec2, Vec3, Vec3A};
 
 use super::triangle::{self, Triangle};
 use super::{Geometry, Shape, SurfacePoint, TriangleMesh};
-use crate::math::Aabb;
+use crate::math::{Aabb, Keys, KeysError};
 use crate::ray::{Hit, Ray};
 
 /// A mesh whose vertices, and vertex normals, go along straight lines from each key mesh to the next.
@@ -15,20 +15,17 @@ use crate::ray::{Hit, Ray};
 /// interpolation, in f32, places vertices elsewhere, by roundings of their coordinates.
 #[derive(Debug)]
 pub struct DeformingMesh {
-    /// Moments in units of the shutter, ascending, and the meshes; all have the same triangles.
-    keys: Vec<(f64, Arc<TriangleMesh>)>,
+    /// Meshes of the same triangles, by moments in units of the shutter.
+    keys: Keys<Arc<TriangleMesh>>,
     bounds: Aabb,
 }
 
 /// Why meshes are not the keys of a deforming one.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DeformingError {
-    /// None at all.
-    #[error("a deforming mesh needs a key")]
-    Empty,
-    /// Times out of order, twice the same or not finite.
-    #[error("the key at time {0} does not come after the one before it")]
-    Order(f64),
+    /// What is wrong with the moments.
+    #[error(transparent)]
+    Keys(#[from] KeysError),
     /// A key with other triangles than the first.
     #[error(
         "key {key} has other triangles than the first: all need the same vertices in the same faces"
@@ -54,15 +51,9 @@ impl DeformingMesh {
     /// # Errors
     /// No key, moments that do not ascend, meshes of different topology.
     pub fn new(keys: Vec<(f64, Arc<TriangleMesh>)>) -> Result<Self, DeformingError> {
-        let (time, first) = keys.first().ok_or(DeformingError::Empty)?;
-        if !time.is_finite() {
-            return Err(DeformingError::Order(*time));
-        }
-        let ascends = |pair: &[(f64, _)]| pair[0].0 < pair[1].0 && pair[1].0.is_finite();
-        if let Some(pair) = keys.windows(2).find(|pair| !ascends(pair)) {
-            return Err(DeformingError::Order(pair[1].0));
-        }
-        for (key, (_, mesh)) in keys.iter().enumerate() {
+        let keys = Keys::new(keys)?;
+        let first = keys.first();
+        for (key, (_, mesh)) in keys.as_slice().iter().enumerate() {
             let vertices = mesh.positions().len() == first.positions().len();
             if !vertices || mesh.triangles() != first.triangles() {
                 return Err(DeformingError::Topology { key });
@@ -75,43 +66,32 @@ impl DeformingMesh {
                 return Err(DeformingError::Attribute { key, attribute });
             }
         }
-        let bounds = keys.iter().fold(Aabb::EMPTY, |all, (_, mesh)| all.union(mesh.bounds()));
+        let bounds =
+            keys.as_slice().iter().fold(Aabb::EMPTY, |all, (_, mesh)| all.union(mesh.bounds()));
         Ok(Self { keys, bounds })
     }
 
     /// The triangles of all keys, as three vertex indices each.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
-        self.keys[0].1.triangles()
-    }
-
-    /// The keys around a moment, and how far it is from the first of them to the second.
-    fn around(&self, time: f32) -> (&TriangleMesh, &TriangleMesh, f64) {
-        let time = f64::from(time);
-        let after = self.keys.partition_point(|(key, _)| *key <= time);
-        let last = self.keys.len() - 1;
-        let ((t0, from), (t1, to)) =
-            (&self.keys[after.saturating_sub(1)], &self.keys[after.min(last)]);
-        let part = if t1 > t0 { (time - t0) / (t1 - t0) } else { 0.0 };
-        (from, to, part)
+        self.keys.first().triangles()
     }
 
     /// The corners of a triangle at a moment within the shutter, formed in f64 and rounded once: never outside of
     /// the box around those of the keys.
     #[must_use]
     pub fn corners(&self, primitive: usize, time: f32) -> [Vec3A; 3] {
-        let (from, to, part) = self.around(time);
+        let (from, to, part) = self.keys.around(time.into());
         self.triangles()[primitive].map(|i| {
             let [p, q] = [from, to].map(|mesh| mesh.positions()[i as usize]);
-            let between = p.as_dvec3() * (1.0 - part) + q.as_dvec3() * part;
-            between.as_vec3a().clamp(p.min(q), p.max(q))
+            p.as_dvec3().lerp(q.as_dvec3(), part).as_vec3a().clamp(p.min(q), p.max(q))
         })
     }
 
     /// The ends of the shutter, and the moments between them at which vertices turn.
     #[must_use]
     pub fn moments(&self) -> Vec<f32> {
-        let turns = self.keys.iter().map(|(time, _)| *time as f32);
+        let turns = self.keys.as_slice().iter().map(|(time, _)| *time as f32);
         let mut moments = vec![0.0];
         moments.extend(turns.filter(|time| (f32::MIN_POSITIVE..1.0).contains(time)));
         moments.push(1.0);
@@ -122,7 +102,7 @@ impl DeformingMesh {
     /// The box around a triangle at all moments.
     #[must_use]
     pub fn primitive_bounds(&self, primitive: usize) -> Aabb {
-        let corners = self.keys.iter().flat_map(|(_, mesh)| {
+        let corners = self.keys.as_slice().iter().flat_map(|(_, mesh)| {
             self.triangles()[primitive].map(|i| Vec3::from(mesh.positions()[i as usize]))
         });
         Aabb::around(corners)
@@ -130,33 +110,33 @@ impl DeformingMesh {
 
     /// The vertex normals of a triangle at a moment.
     fn normals(&self, primitive: usize, time: f32) -> Option<[Vec3; 3]> {
-        let (from, to, part) = self.around(time);
+        let (from, to, part) = self.keys.around(time.into());
         (!from.normals().is_empty()).then(|| {
             self.triangles()[primitive].map(|i| {
                 let [m, n] = [from, to].map(|mesh| mesh.normals()[i as usize]);
-                m * (1.0 - part as f32) + n * part as f32
+                m.lerp(n, part as f32)
             })
         })
     }
 
     /// The texture coordinates of a triangle's corners.
     fn uvs(&self, primitive: usize) -> Option<[Vec2; 3]> {
-        let uvs = self.keys[0].1.uvs();
+        let uvs = self.keys.first().uvs();
         (!uvs.is_empty()).then(|| self.triangles()[primitive].map(|i| uvs[i as usize]))
     }
 
     /// The mesh as it is at a moment.
     #[must_use]
     pub fn at(&self, time: f32) -> TriangleMesh {
-        let (from, to, part) = self.around(time);
-        let between = |p: DVec3, q: DVec3| p * (1.0 - part) + q * part;
+        let (from, to, part) = self.keys.around(time.into());
         let positions = from.positions().iter().zip(to.positions());
-        let positions = positions.map(|(p, q)| between(p.as_dvec3(), q.as_dvec3()).as_vec3a());
+        let positions = positions.map(|(p, q)| p.as_dvec3().lerp(q.as_dvec3(), part).as_vec3a());
         let normals = from.normals().iter().zip(to.normals());
-        let normals = normals.map(|(m, n)| between(m.as_dvec3(), n.as_dvec3()).as_vec3());
+        let normals = normals.map(|(m, n)| m.as_dvec3().lerp(n.as_dvec3(), part).as_vec3());
         let (positions, normals) = (positions.collect(), normals.collect());
         let triangles = self.triangles().to_vec();
-        let mesh = TriangleMesh::new(positions, triangles, normals, self.keys[0].1.uvs().to_vec());
+        let mesh =
+            TriangleMesh::new(positions, triangles, normals, self.keys.first().uvs().to_vec());
         mesh.expect("as many vertices and the same indices as the keys").0
     }
 }
@@ -192,11 +172,11 @@ impl Shape for DeformingMesh {
     }
 
     fn bytes(&self) -> usize {
-        self.keys.iter().map(|(_, mesh)| mesh.bytes()).sum()
+        self.keys.as_slice().iter().map(|(_, mesh)| mesh.bytes()).sum()
     }
 
     fn has_vertex_normals(&self) -> bool {
-        !self.keys[0].1.normals().is_empty()
+        !self.keys.first().normals().is_empty()
     }
 
     fn moves(&self) -> bool {
