@@ -116,13 +116,8 @@ impl Tracer<'_> {
 }
 
 fn hits(engine: &dyn Intersector, query: &bare::Query) -> bool {
-    let ray = Ray {
-        origin: query.origin.into(),
-        direction: query.direction.into(),
-        t_min: query.t_min,
-        t_max: query.t_max,
-        time: 0.0,
-    };
+    let ray =
+        Ray { t_min: query.t_min, t_max: query.t_max, ..Ray::new(query.origin, query.direction) };
     if query.occlusion != 0 { engine.occluded(&ray) } else { engine.closest_hit(&ray).is_some() }
 }
 

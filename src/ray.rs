@@ -1,6 +1,6 @@
 //! Rays and the hits that an engine reports for them.
 
-use glam::{DAffine3, Vec3A};
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
 
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
 ///
@@ -18,7 +18,64 @@ pub struct Ray {
     pub t_max: f32,
     /// Moment within the shutter, in `[0, 1]`.
     pub time: f32,
+    /// The point of a surface that it leaves, if it leaves one, of which `origin` is a rounded neighbour.
+    /// Engines pass over hits close to it that a ray from the point itself has not.
+    pub start: Option<RayEnd>,
+    /// The point of a surface that it runs to, if its end is one; likewise.
+    pub end: Option<RayEnd>,
 }
+
+/// Where a ray begins or ends on a surface, before any rounding to f32.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayEnd {
+    /// World position, exact to a few roundings of f64.
+    pub point: DVec3,
+    /// Unit normal of the surface there, on either side.
+    pub normal: Vec3,
+    /// Cosine of the angle from the normal to the direction in which the ray leaves.
+    pub cosine: f32,
+}
+
+impl RayEnd {
+    /// The end at `point` of a ray that leaves towards `direction` (unit), on a surface whose unit normal is `normal`.
+    #[must_use]
+    #[inline(always)]
+    pub fn new(point: DVec3, normal: Vec3A, direction: Vec3A) -> Self {
+        Self { point, normal: normal.into(), cosine: normal.dot(direction) }
+    }
+
+    /// How far from the surface the ray starts in f32, along the normal, in scene units: what keeps the rounded start on
+    /// its side of the surface.
+    ///
+    /// Rounding the point to f32 moves it along the normal n by u Σ|nᵢpᵢ| at most, u = 2⁻²⁴; so does rounding the
+    /// sum of point and lift. Two more are for the engine's differences. The last term keeps the start off a plane
+    /// in which all coordinates are exact, such as z = 0.
+    #[must_use]
+    #[inline(always)]
+    pub fn lift(&self) -> f32 {
+        const TINY: f32 = 1.0 / (1u64 << 40) as f32;
+        let weights = Vec3A::from(self.normal).abs() * (4.0 * U) + TINY;
+        self.point.as_vec3a().abs().dot(weights)
+    }
+
+    /// The start of the ray in f32: the point, lifted off the surface.
+    #[must_use]
+    #[inline(always)]
+    pub fn start(&self) -> Vec3A {
+        self.point.as_vec3a() + Vec3A::from(self.normal) * self.lift().copysign(self.cosine)
+    }
+
+    /// The same end, of the ray whose direction `map` turns into `direction`, in the space that `map` leads to; `normals`
+    /// is the inverse transpose of its matrix.
+    #[must_use]
+    pub fn mapped(&self, map: &DAffine3, normals: &DMat3, direction: Vec3A) -> Self {
+        let normal = (*normals * self.normal.as_dvec3()).normalize().as_vec3a();
+        Self::new(map.transform_point3(self.point), normal, direction)
+    }
+}
+
+/// Half of the spacing of f32 at 1: what rounding to f32 changes a number by, relatively, at most.
+const U: f32 = 0.5 * f32::EPSILON;
 
 impl Ray {
     /// Components at or above this magnitude overflow in Embree's own tests of a box
@@ -32,7 +89,22 @@ impl Ray {
     #[must_use]
     pub fn new(origin: impl Into<Vec3A>, direction: impl Into<Vec3A>) -> Self {
         let (origin, direction) = (origin.into(), direction.into());
-        Self { origin, direction, t_min: f32::MIN_POSITIVE, t_max: f32::INFINITY, time: 0.0 }
+        let (t_min, t_max) = (f32::MIN_POSITIVE, f32::INFINITY);
+        Self { origin, direction, t_min, t_max, time: 0.0, start: None, end: None }
+    }
+
+    /// Where the ray starts before rounding.
+    #[must_use]
+    #[inline(always)]
+    pub fn exact_origin(&self) -> DVec3 {
+        self.start.map_or_else(|| self.origin.as_dvec3(), |start| start.point)
+    }
+
+    /// The same from an exact point, of no surface that matters.
+    #[must_use]
+    pub fn from_exact(point: DVec3, direction: Vec3A) -> Self {
+        let end = RayEnd::new(point, Vec3A::ZERO, direction);
+        Self { start: Some(end), ..Self::new(point.as_vec3a(), direction) }
     }
 
     /// The same ray, ending at `t_max`.
@@ -42,7 +114,7 @@ impl Ray {
     }
 
     /// The ray in the space that `map` leads to, formed in f64 and rounded once, and lengths along it over
-    /// lengths along this one. The map must not flatten its direction.
+    /// lengths along this one. The map must not flatten its direction. What surfaces it runs between is not kept.
     #[must_use]
     pub fn mapped(&self, map: &DAffine3) -> (Self, f64) {
         let origin = map.transform_point3(self.origin.as_dvec3());
@@ -56,6 +128,8 @@ impl Ray {
             t_min: along(self.t_min).max(f32::MIN_POSITIVE),
             t_max: along(self.t_max),
             time: self.time,
+            start: None,
+            end: None,
         };
         (ray, stretch)
     }

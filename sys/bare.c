@@ -38,12 +38,12 @@ size_t bare_trace(RTCScene scene, const BareQuery *queries, size_t count) {
     query.ray.mask = 0xffffffffu;
     query.ray.flags = 0;
     if (q->occlusion) {
-      telamon_occluded1(scene, &query.ray);
+      telamon_occluded1(scene, &query.ray, NULL);
       hits += query.ray.tfar < 0.0f;
     } else {
       query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
       query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-      telamon_intersect1(scene, &query);
+      telamon_intersect1(scene, &query, NULL);
       hits += query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     }
   }

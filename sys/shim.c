@@ -7,7 +7,7 @@
    them exist in C++ only. The enums below are those accessors' numbers, and the assertions tie them
    to the structs that the C header does declare. */
 
-enum { ORG_X, ORG_Y, ORG_Z, TNEAR, DIR_X, DIR_Y, DIR_Z, TIME, TFAR, RAY_FIELDS = 12 };
+enum { ORG_X, ORG_Y, ORG_Z, TNEAR, DIR_X, DIR_Y, DIR_Z, TIME, TFAR, MASK, RAY_ID, RAY_FIELDS = 12 };
 enum { NG_X, NG_Y, NG_Z, HIT_U, HIT_V, PRIM_ID, GEOM_ID, INST_ID };
 
 #ifdef RTC_GEOMETRY_INSTANCE_ARRAY
@@ -34,6 +34,7 @@ enum { HIT_FIELDS = INST_ID + RTC_MAX_INSTANCE_LEVEL_COUNT };
   ASSERT_FIELD(RTCRay##suffix, dir_x, DIR_X, lanes);                                               \
   ASSERT_FIELD(RTCRay##suffix, time, TIME, lanes);                                                 \
   ASSERT_FIELD(RTCRay##suffix, tfar, TFAR, lanes);                                                 \
+  ASSERT_FIELD(RTCRay##suffix, id, RAY_ID, lanes);                                                 \
   ASSERT_FIELD(RTCRayHit##suffix, hit, RAY_FIELDS, lanes);                                         \
   ASSERT_FIELD(RTCHit##suffix, Ng_x, NG_X, lanes);                                                 \
   ASSERT_FIELD(RTCHit##suffix, u, HIT_U, lanes);                                                   \
@@ -68,82 +69,147 @@ ShimLayout telamon_layout(void) {
       .bounds = sizeof(struct RTCBounds),
       .shim_ray = sizeof(ShimRay),
       .shim_hit = sizeof(ShimHit),
+      .shim_query = sizeof(ShimQuery),
       .shim_user_geometry = sizeof(ShimUserGeometry),
   };
 }
 
 /* ---- Ray queries ----------------------------------------------------------------------------- */
 
+/* The context that Embree hands to callbacks, with what they need behind it. */
 #if RTC_VERSION_MAJOR == 3
+
+typedef struct Context {
+  struct RTCIntersectContext base;
+  const ShimQuery *query;
+} Context;
 
 _Static_assert(offsetof(struct RTCIntersectContext, instID) == 16, "context: flags, filter, ids");
 
-static inline struct RTCIntersectContext context_for(bool coherent) {
-  struct RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+static inline Context context_for(bool coherent, const ShimQuery *query) {
+  Context context = {.query = query};
+  rtcInitIntersectContext(&context.base);
+  if (coherent) context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   return context;
 }
 
-void telamon_intersect1(RTCScene scene, struct RTCRayHit *rayhit) {
-  struct RTCIntersectContext context = context_for(false);
-  rtcIntersect1(scene, &context, rayhit);
+void telamon_intersect1(RTCScene scene, struct RTCRayHit *rayhit, const ShimQuery *query) {
+  Context context = context_for(false, query);
+  rtcIntersect1(scene, &context.base, rayhit);
 }
 
-void telamon_occluded1(RTCScene scene, struct RTCRay *ray) {
-  struct RTCIntersectContext context = context_for(false);
-  rtcOccluded1(scene, &context, ray);
+void telamon_occluded1(RTCScene scene, struct RTCRay *ray, const ShimQuery *query) {
+  Context context = context_for(false, query);
+  rtcOccluded1(scene, &context.base, ray);
 }
 
-void telamon_intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit, bool coherent) {
-  struct RTCIntersectContext context = context_for(coherent);
-  rtcIntersect8(valid, scene, &context, rayhit);
+void telamon_intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit, bool coherent,
+                        const ShimQuery *query) {
+  Context context = context_for(coherent, query);
+  rtcIntersect8(valid, scene, &context.base, rayhit);
 }
 
-void telamon_occluded8(const int *valid, RTCScene scene, struct RTCRay8 *ray, bool coherent) {
-  struct RTCIntersectContext context = context_for(coherent);
-  rtcOccluded8(valid, scene, &context, ray);
+void telamon_occluded8(const int *valid, RTCScene scene, struct RTCRay8 *ray, bool coherent,
+                       const ShimQuery *query) {
+  Context context = context_for(coherent, query);
+  rtcOccluded8(valid, scene, &context.base, ray);
 }
 
 #else
+
+typedef struct Context {
+  struct RTCRayQueryContext base;
+  const ShimQuery *query;
+} Context;
 
 _Static_assert(offsetof(struct RTCRayQueryContext, instID) ==
                    (RTC_MAX_INSTANCE_LEVEL_COUNT > 1 ? 4 : 0),
                "context: stack size if there can be a stack, ids");
 
-/* Null arguments are Embree 4's defaults: incoherent rays, no filter. */
-
-void telamon_intersect1(RTCScene scene, struct RTCRayHit *rayhit) {
-  rtcIntersect1(scene, rayhit, NULL);
+static inline Context context_for(const ShimQuery *query) {
+  Context context = {.query = query};
+  rtcInitRayQueryContext(&context.base);
+  return context;
 }
 
-void telamon_occluded1(RTCScene scene, struct RTCRay *ray) { rtcOccluded1(scene, ray, NULL); }
-
-void telamon_intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit, bool coherent) {
+static inline struct RTCIntersectArguments intersect_arguments(Context *context, bool coherent) {
   struct RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
+  arguments.context = &context->base;
   if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  return arguments;
+}
+
+static inline struct RTCOccludedArguments occluded_arguments(Context *context, bool coherent) {
+  struct RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.context = &context->base;
+  if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  return arguments;
+}
+
+void telamon_intersect1(RTCScene scene, struct RTCRayHit *rayhit, const ShimQuery *query) {
+  Context context = context_for(query);
+  struct RTCIntersectArguments arguments = intersect_arguments(&context, false);
+  rtcIntersect1(scene, rayhit, &arguments);
+}
+
+void telamon_occluded1(RTCScene scene, struct RTCRay *ray, const ShimQuery *query) {
+  Context context = context_for(query);
+  struct RTCOccludedArguments arguments = occluded_arguments(&context, false);
+  rtcOccluded1(scene, ray, &arguments);
+}
+
+void telamon_intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit, bool coherent,
+                        const ShimQuery *query) {
+  Context context = context_for(query);
+  struct RTCIntersectArguments arguments = intersect_arguments(&context, coherent);
   rtcIntersect8(valid, scene, rayhit, &arguments);
 }
 
-void telamon_occluded8(const int *valid, RTCScene scene, struct RTCRay8 *ray, bool coherent) {
-  struct RTCOccludedArguments arguments;
-  rtcInitOccludedArguments(&arguments);
-  if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+void telamon_occluded8(const int *valid, RTCScene scene, struct RTCRay8 *ray, bool coherent,
+                       const ShimQuery *query) {
+  Context context = context_for(query);
+  struct RTCOccludedArguments arguments = occluded_arguments(&context, coherent);
   rtcOccluded8(valid, scene, ray, &arguments);
 }
 
 #endif
 
+/* ---- Filter ----------------------------------------------------------------------------------- */
+
+static void occlusion_filter(const struct RTCFilterFunctionNArguments *args) {
+  const ShimQuery *query = ((const Context *)args->context)->query;
+  if (!query) return;
+  const unsigned int n = args->N;
+  const float *ray = (const float *)args->ray;
+  const unsigned int *ray_ids = (const unsigned int *)args->ray;
+  const unsigned int *hit = (const unsigned int *)args->hit;
+
+  for (unsigned int i = 0; i < n; i++) {
+    if (args->valid[i] != -1) continue;
+    if (!query->accept(query->user, ray_ids[RAY_ID * n + i], hit[GEOM_ID * n + i],
+                       hit[PRIM_ID * n + i], ray[TFAR * n + i]))
+      args->valid[i] = 0;
+  }
+}
+
+void telamon_filter_occlusion(RTCGeometry geometry) {
+  rtcSetGeometryOccludedFilterFunction(geometry, occlusion_filter);
+}
+
 /* ---- User geometry --------------------------------------------------------------------------- */
 
-static ShimRay ray_of_lane(const float *ray, unsigned int n, unsigned int i) {
+static ShimRay ray_of_lane(const float *ray, unsigned int n, unsigned int i, const void *context) {
+  const ShimQuery *query = ((const Context *)context)->query;
   return (ShimRay){
       .origin = {ray[ORG_X * n + i], ray[ORG_Y * n + i], ray[ORG_Z * n + i]},
       .t_min = ray[TNEAR * n + i],
       .direction = {ray[DIR_X * n + i], ray[DIR_Y * n + i], ray[DIR_Z * n + i]},
       .t_max = ray[TFAR * n + i],
       .time = ray[TIME * n + i],
+      .id = ((const unsigned int *)ray)[RAY_ID * n + i],
+      .user = query ? query->user : NULL,
   };
 }
 
@@ -161,7 +227,7 @@ static void intersect_callback(const struct RTCIntersectFunctionNArguments *args
 
   for (unsigned int i = 0; i < n; i++) {
     if (args->valid[i] != -1) continue;
-    const ShimRay lane = ray_of_lane(ray, n, i);
+    const ShimRay lane = ray_of_lane(ray, n, i, args->context);
     ShimHit found = {0};
     if (!shape->intersect(shape->user, args->primID, &lane, &found)) continue;
 
@@ -190,7 +256,7 @@ static void occluded_callback(const struct RTCOccludedFunctionNArguments *args) 
 
   for (unsigned int i = 0; i < n; i++) {
     if (args->valid[i] != -1) continue;
-    const ShimRay lane = ray_of_lane(ray, n, i);
+    const ShimRay lane = ray_of_lane(ray, n, i, args->context);
     if (shape->occluded(shape->user, args->primID, &lane)) ray[TFAR * n + i] = -INFINITY;
   }
 }

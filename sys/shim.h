@@ -5,13 +5,27 @@
 
 #include "wrapper.h"
 
+/* What a query's own code needs to know of it; it has to live until the query ends. `accept` is asked of each hit
+   that an occlusion query finds on a geometry with `telamon_filter_occlusion`, and says whether it counts; the
+   query goes on past those that do not. `ray` is the ray's `id` field. User geometries get `user` with each ray. */
+typedef struct ShimQuery {
+  const void *user;
+  bool (*accept)(const void *user, unsigned int ray, unsigned int geometry, unsigned int primitive,
+                 float t);
+} ShimQuery;
+
 /* Ray queries. The masks of packets are Embree's: eight numbers aligned to 32 bytes, -1 for a lane
    that is traced and 0 for one that is not. `coherent` is a hint and never changes which surface is
-   hit; it concerns packets alone, so single rays do without. */
-void telamon_intersect1(RTCScene scene, struct RTCRayHit *rayhit);
-void telamon_occluded1(RTCScene scene, struct RTCRay *ray);
-void telamon_intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit, bool coherent);
-void telamon_occluded8(const int *valid, RTCScene scene, struct RTCRay8 *ray, bool coherent);
+   hit; it concerns packets alone, so single rays do without. `query` may be null: then all hits count. */
+void telamon_intersect1(RTCScene scene, struct RTCRayHit *rayhit, const ShimQuery *query);
+void telamon_occluded1(RTCScene scene, struct RTCRay *ray, const ShimQuery *query);
+void telamon_intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit, bool coherent,
+                        const ShimQuery *query);
+void telamon_occluded8(const int *valid, RTCScene scene, struct RTCRay8 *ray, bool coherent,
+                       const ShimQuery *query);
+
+/* Has `ShimQuery.accept` asked of this geometry's hits in occlusion queries. */
+void telamon_filter_occlusion(RTCGeometry geometry);
 
 /* A ray as a user geometry sees it: in the geometry's space, which under an instance is the
    instance's, so the direction need not be a unit vector. t_max is the closest hit so far. */
@@ -21,6 +35,8 @@ typedef struct ShimRay {
   float direction[3];
   float t_max;
   float time;
+  unsigned int id;    /* the ray's `id` field */
+  const void *user;   /* `ShimQuery.user`; null if there is no such query */
 } ShimRay;
 
 /* A hit on a user geometry; the normal is in the geometry's space and of any length. `primitive` is what
@@ -69,6 +85,7 @@ typedef struct ShimLayout {
   size_t bounds;
   size_t shim_ray;
   size_t shim_hit;
+  size_t shim_query;
   size_t shim_user_geometry;
 } ShimLayout;
 

@@ -27,7 +27,7 @@ const SAMPLES: u32 = 100_000;
 /// Irradiance at `from` on a surface that faces `normal`, one estimate for each sample.
 fn irradiance(light: &dyn Emitter, from: Vec3A, normal: Vec3A, seed: u64) -> Moments {
     Moments::of(points(seed, SAMPLES).map(|u| {
-        light.sample_toward(from, u.as_dvec2()).map_or(0.0, |s| {
+        light.sample_toward(from.as_dvec3(), u.as_dvec2()).map_or(0.0, |s| {
             let cosine = s.direction.as_dvec3().dot(normal.as_dvec3()).max(0.0);
             f64::from(s.weight.x) * cosine
         })
@@ -81,7 +81,7 @@ fn spheres_of_all_sizes_send_what_they_should() {
             irradiance(&light, Vec3A::ZERO, Vec3A::Z, seed)
                 .has_mean(PI * ratio * ratio, 14)
                 .unwrap_or_else(|figures| panic!("{radius} at {distance}: {figures}"));
-            let s = light.sample_toward(Vec3A::ZERO, DVec2::splat(0.5)).expect("seen");
+            let s = light.sample_toward(DVec3::ZERO, DVec2::splat(0.5)).expect("seen");
             // 1 − cos = s²/(1 + c); six roundings.
             let solid_angle = 2.0 * PI * ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt());
             let relative = f64::from(s.weight.x) / solid_angle - 1.0;
@@ -103,11 +103,11 @@ fn the_seen_side_of_a_sphere_is_covered() {
         let mut counts = [0; 20];
         let mut lost = 0;
         for u in points(seed, SAMPLES) {
-            if light.sample_toward(Vec3A::ZERO, u.as_dvec2()).is_none() {
+            if light.sample_toward(DVec3::ZERO, u.as_dvec2()).is_none() {
                 lost += 1;
                 continue;
             }
-            let s = sphere.sample_primitive(0, Vec3A::ZERO, u).expect("as the light has it");
+            let s = sphere.sample_primitive(0, DVec3::ZERO, u).expect("as the light has it");
             let normal = s.point.geometric_normal.as_dvec3();
             // The angle at the eye from the normal's, by the plane triangle of eye, centre and point.
             let ratio = f64::from(ratio);
@@ -137,7 +137,7 @@ fn density_seen(
     let hit = trace(shape, &ray)?;
     let point = shape.surface(&ray, &hit);
     let cosine = f64::from(point.geometric_normal.dot(direction).abs());
-    let surface = Some((&hit, &point));
+    let (from, surface) = (from.as_dvec3(), Some((&hit, &point)));
     Some((area.pdf_toward(&Sight { from, direction, surface }), cosine))
 }
 
@@ -149,13 +149,13 @@ fn both_densities_are_one() {
         for u in corners() {
             let usable = |s: EmitterSample| s.pdf > 0.0 && s.weight.is_finite();
             assert!(
-                area.sample_toward(light.from, u.as_dvec2()).is_none_or(usable),
+                area.sample_toward(light.from.as_dvec3(), u.as_dvec2()).is_none_or(usable),
                 "{} {u}",
                 light.name
             );
         }
         for u in points(seed, 10_000) {
-            let Some(s) = area.sample_toward(light.from, u.as_dvec2()) else {
+            let Some(s) = area.sample_toward(light.from.as_dvec3(), u.as_dvec2()) else {
                 continue;
             };
             // The unit vector and the two positions carry 4 roundings each, which a flat view
@@ -202,8 +202,8 @@ fn textured_lights_send_what_is_seen() {
             let ray = Ray::new(light.from, direction);
             trace(light.shape.as_ref(), &ray).map_or(0.0, |hit| {
                 let point = light.shape.surface(&ray, &hit);
-                let surface = Some((&hit, &point));
-                PI * f64::from(area.radiance(&Sight { from: light.from, direction, surface }).x)
+                let (from, surface) = (light.from.as_dvec3(), Some((&hit, &point)));
+                PI * f64::from(area.radiance(&Sight { from, direction, surface }).x)
             })
         }));
         let by_points = |area| irradiance(area, light.from, light.normal, seed);
@@ -238,7 +238,7 @@ fn the_bright_part_of_a_mesh_is_sampled_more() {
     let from = Vec3A::new(0.0, 0.4, 1.0);
     let (mut bright, mut all) = (0, 0);
     for u in points(621, 10_000) {
-        let s = light.sample_toward(from, u.as_dvec2()).expect("all of it is seen");
+        let s = light.sample_toward(from.as_dvec3(), u.as_dvec2()).expect("all of it is seen");
         let (pdf, _) = density_seen(&light, shape.as_ref(), from, s.direction).expect("hit");
         assert!((pdf / s.pdf - 1.0).abs() < 1e-4, "{pdf} {s:?}");
         all += 1;
@@ -256,14 +256,14 @@ fn lights_are_dark_where_they_must_be() {
     // The square faces −z.
     for from in [Vec3A::Z, Vec3A::new(3.0, 0.0, 0.0), Vec3A::new(0.5, 0.25, 0.0), Vec3A::ZERO] {
         for u in points(601, 1_000).chain(corners()) {
-            assert!(light.sample_toward(from, u.as_dvec2()).is_none(), "from {from}");
+            assert!(light.sample_toward(from.as_dvec3(), u.as_dvec2()).is_none(), "from {from}");
         }
     }
     let shape = square(1.0, Vec3A::ZERO);
     let (pdf, _) = density_seen(&light, shape.as_ref(), Vec3A::Z, Vec3A::NEG_Z).expect("hit");
     assert_eq!(pdf, 0.0, "the back is never sampled");
     let point = Point::new(Vec3A::ONE, Vec3A::ONE);
-    assert!(point.sample_toward(Vec3A::ONE, DVec2::ZERO).is_none());
+    assert!(point.sample_toward(DVec3::ONE, DVec2::ZERO).is_none());
 }
 
 /// A square of side 1e-10 at a distance of 1e10: a solid angle of 1e-40.
@@ -274,7 +274,7 @@ fn tiny_and_distant_lights_stay_finite() {
     irradiance(&light, Vec3A::ZERO, Vec3A::Z, 602).has_mean(1e-20, 1).expect("Le A / d²");
     let blinding =
         Area::new(square(1.0, Vec3A::Z * 10.0), Vec3A::splat(1e30)).expect("has an area");
-    let s = blinding.sample_toward(Vec3A::ZERO, DVec2::splat(0.3)).expect("seen");
+    let s = blinding.sample_toward(DVec3::ZERO, DVec2::splat(0.3)).expect("seen");
     assert!(s.weight.is_finite() && s.pdf.is_finite(), "{s:?}");
 }
 
@@ -299,6 +299,7 @@ fn slivers_do_not_disturb_a_mesh_light() {
         let expected = lambert(&polygon, from.as_dvec3(), DVec3::NEG_Z);
         irradiance(&light, from, Vec3A::NEG_Z, 603).has_mean(expected, 2).expect("Lambert");
         // u = 0 chooses the first of the small ones.
+        let from = from.as_dvec3();
         let s = light.sample_toward(from, DVec2::ZERO).expect("seen");
         let point = mesh.sample_primitive(0, from, Vec2::ZERO).expect("as the light has it").point;
         let hit = Hit { t: 1.0, u: 0.0, v: 0.0, shape: 0, primitive: 0, member: 0 };
@@ -316,15 +317,16 @@ fn directions_inside_a_sphere_follow_their_density() {
     let shape: Arc<dyn Shape> =
         Arc::new(telamon::shape::Sphere::new(Vec3A::ZERO, 2.0, Frame::from_normal(Vec3A::Z), true));
     let light = Area::new(Arc::clone(&shape), Vec3A::ONE).expect("has an area");
-    let from = Vec3A::new(0.9, -0.4, 0.5);
+    let from = DVec3::new(0.9, -0.4, 0.5);
     let mut counts = vec![0; grid.cells()];
     for u in points(604, SAMPLES) {
         counts[grid.cell(
             light.sample_toward(from, u.as_dvec2()).expect("all of it is seen").direction,
         )] += 1;
     }
-    let seen =
-        |w: Vec3A| density_seen(&light, shape.as_ref(), from, w).map_or(0.0, |(pdf, _)| pdf.into());
+    let seen = |w: Vec3A| {
+        density_seen(&light, shape.as_ref(), from.as_vec3a(), w).map_or(0.0, |(pdf, _)| pdf.into())
+    };
     let expected: Vec<f64> =
         grid.integrals(1, seen).iter().map(|p| p * f64::from(SAMPLES)).collect();
     chi_squared(&counts, &expected, 1).unwrap_or_else(|table| panic!("{table}"));
@@ -357,8 +359,8 @@ fn every_shape_is_tested_as_a_light() {
 #[test]
 fn both_densities_of_the_environment_are_one() {
     let sky = Constant::new(Vec3A::new(1.0, 2.0, 3.0));
-    let s = sky.sample_toward(Vec3A::ZERO, DVec2::splat(0.2)).expect("seen from everywhere");
-    let sight = Sight { from: Vec3A::ZERO, direction: s.direction, surface: None };
+    let s = sky.sample_toward(DVec3::ZERO, DVec2::splat(0.2)).expect("seen from everywhere");
+    let sight = Sight { from: DVec3::ZERO, direction: s.direction, surface: None };
     assert_eq!(s.pdf, sky.pdf_toward(&sight));
     assert!((s.weight * s.pdf - sky.radiance(&sight)).abs().max_element() < 1e-6);
 }
@@ -371,7 +373,7 @@ fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {
 
 #[test]
 fn one_emitter_is_always_chosen() {
-    let floor = Receiver { position: Vec3A::X, normal: Vec3A::Z, both_sides: true };
+    let floor = Receiver { position: DVec3::X, normal: Vec3A::Z, both_sides: true };
     for policy in [ChoicePolicy::Power, ChoicePolicy::Uniform, ChoicePolicy::Bvh] {
         for powers in [[1.0, 3.0], [1e20, 1.0], [0.0, 2.0], [1e30, 1e30]] {
             let choice = EmitterChoice::new(policy, &two_lights(powers));

@@ -6,7 +6,7 @@ mod support;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{Affine2, DVec2, Mat3A, Vec3A};
+use glam::{Affine2, DVec2, DVec3, Mat3A, Vec3A};
 use support::meshes::engines;
 use support::quadrature::SphereGrid;
 use support::rooms::object;
@@ -76,7 +76,7 @@ fn maps() -> Vec<(&'static str, EnvironmentMap)> {
 }
 
 fn sight(direction: Vec3A) -> Sight<'static> {
-    Sight { from: Vec3A::ZERO, direction, surface: None }
+    Sight { from: DVec3::ZERO, direction, surface: None }
 }
 
 const GRID: SphereGrid = SphereGrid { rows: 10, columns: 20 };
@@ -87,7 +87,7 @@ fn directions_follow_their_density() {
     for (seed, (name, map)) in (1..).zip(&maps) {
         let mut counts = vec![0; GRID.cells()];
         for u in points(seed, SAMPLES) {
-            let sample = map.sample_toward(Vec3A::ZERO, u.as_dvec2()).expect("not black");
+            let sample = map.sample_toward(DVec3::ZERO, u.as_dvec2()).expect("not black");
             counts[GRID.cell(sample.direction)] += 1;
         }
         let shares = GRID.integrals(2, |w| map.pdf_toward(&sight(w)).into());
@@ -106,7 +106,7 @@ fn directions_follow_their_density() {
 fn both_densities_are_one() {
     for (name, map) in maps() {
         for u in points(21, 20_000).chain(corners()) {
-            let Some(sample) = map.sample_toward(Vec3A::ZERO, u.as_dvec2()) else {
+            let Some(sample) = map.sample_toward(DVec3::ZERO, u.as_dvec2()) else {
                 // A corner may be the centre of a black pixel.
                 assert!(name == "holes" && corners().any(|c| c == u), "{name}: nothing for {u}");
                 continue;
@@ -130,7 +130,7 @@ fn weights_are_nearly_equal() {
         let mean = |value: &dyn Fn(Vec3A) -> f64| GRID.integrals(2, value).iter().sum::<f64>();
         let total = mean(&|w| luminance(map.radiance(&sight(w))).into());
         let second = Moments::of(points(22, SAMPLES).map(|u| {
-            let sample = map.sample_toward(Vec3A::ZERO, u.as_dvec2()).expect("not black");
+            let sample = map.sample_toward(DVec3::ZERO, u.as_dvec2()).expect("not black");
             (f64::from(luminance(sample.weight)) / total).powi(2)
         }));
         assert!(second.mean() < 1.3, "{name}: {second:?}");
@@ -152,7 +152,7 @@ fn rows_that_are_hardly_ever_chosen_are_chosen() {
     let y = 1.0 - (-24f64).exp2();
     let hits = (0..1000).filter(|i| {
         let x = (12345.0 + f64::from(*i) / 1000.0) / 24f64.exp2();
-        let sample = map.sample_toward(Vec3A::ZERO, DVec2::new(x, y)).expect("not black");
+        let sample = map.sample_toward(DVec3::ZERO, DVec2::new(x, y)).expect("not black");
         luminance(sample.weight * sample.pdf) <= 2.0
     });
     let expected = share * 24f64.exp2() * 1000.0;
@@ -163,7 +163,7 @@ fn rows_that_are_hardly_ever_chosen_are_chosen() {
 fn black_maps_are_never_chosen() {
     let black = map(4, vec![0.0; 3 * 4 * 3], oblique());
     assert_eq!(black.power(), Some(0.0));
-    assert!(black.sample_toward(Vec3A::ZERO, DVec2::splat(0.5)).is_none());
+    assert!(black.sample_toward(DVec3::ZERO, DVec2::splat(0.5)).is_none());
     assert_eq!(black.radiance(&sight(Vec3A::Y)), Rgb::ZERO);
     assert_eq!(black.pdf_toward(&sight(Vec3A::Y)), 0.0);
 }
@@ -175,7 +175,7 @@ fn pixels_below_zero_count_as_zero() {
     let (negative, zero) = (map(3, texels(-2.0), oblique()), map(3, texels(0.0), oblique()));
     assert!(negative.has_negative() && !zero.has_negative());
     for u in points(23, 1000) {
-        let [a, b] = [&negative, &zero].map(|m| m.sample_toward(Vec3A::ZERO, u.as_dvec2()));
+        let [a, b] = [&negative, &zero].map(|m| m.sample_toward(DVec3::ZERO, u.as_dvec2()));
         let (a, b) = (a.expect("not black"), b.expect("not black"));
         assert_eq!((a.direction, a.weight, a.pdf), (b.direction, b.weight, b.pdf));
     }

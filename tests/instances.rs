@@ -198,7 +198,10 @@ fn scales_of_twelve_decades_are_exact() {
                 // Rounded into the group, there, and back.
                 assert!((hit.t - 2.0).abs() <= 2.0 * f32::EPSILON, "{scale}: {}", hit.t);
                 let at = shapes[0].surface(&ray, &hit).position;
-                assert!(at.distance(Vec3A::new(p.x, p.y, 0.0)) < 1e-6, "{scale}: {at}");
+                assert!(
+                    at.distance(DVec3::new(p.x.into(), p.y.into(), 0.0)) < 1e-6,
+                    "{scale}: {at}"
+                );
                 // A length along the ray keeps its meaning.
                 assert!(!engine.occluded(&ray.until(1.999)) && engine.occluded(&ray.until(2.001)));
             }

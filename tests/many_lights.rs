@@ -175,7 +175,7 @@ fn receivers(field: &[Box<dyn Emitter>]) -> Vec<Receiver> {
             _ => a * Vec3A::new(4.0, 4.0, 2.0) - Vec3A::new(2.0, 2.0, 0.0),
         };
         let both_sides = i % 2 == 0;
-        Receiver { position, normal: (b - 0.5).normalize(), both_sides }
+        Receiver { position: position.as_dvec3(), normal: (b - 0.5).normalize(), both_sides }
     };
     numbers.map(receiver).collect()
 }
@@ -228,12 +228,12 @@ fn both_densities_of_a_choice_are_one() {
                 let sample = choice.sample_toward(&emitters, &receiver, u);
                 let (Some(chosen), Some(sample)) = (chosen, sample) else { continue };
                 let shape = shapes[chosen.emitter].as_ref();
-                let ray = Ray::new(receiver.position, sample.direction);
+                let ray = Ray::from_exact(receiver.position, sample.direction);
                 let Some(hit) = trace(shape, &ray) else { continue };
                 let point = shape.surface(&ray, &hit);
-                let LightOrigin::Point { end, .. } = sample.origin else { continue };
+                let LightOrigin::Surface(end) = sample.origin else { continue };
                 // Another triangle of the same mesh may be in front.
-                if (end - point.position).length() > 1e-3 {
+                if (end.point - point.position).length() > 1e-3 {
                     continue;
                 }
                 let cosine = f64::from(point.geometric_normal.dot(sample.direction).abs());
@@ -291,7 +291,7 @@ fn no_place_is_too_odd() {
     let mut emitters: Vec<_> = lamps.into_iter().map(|(_, light)| light).collect();
     emitters.append(&mut others);
     let choice = EmitterChoice::new(ChoicePolicy::Bvh, &emitters);
-    for position in [0.0, 1e-30, 1.0, 1e10, 1e18].map(Vec3A::splat) {
+    for position in [0.0, 1e-30, 1.0, 1e10, 1e18].map(DVec3::splat) {
         for normal in [Vec3A::X, Vec3A::NEG_Z] {
             let receiver = Receiver { position, normal, both_sides: true };
             let total: f64 = (0..emitters.len()).map(|i| choice.probability(&receiver, i)).sum();

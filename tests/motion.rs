@@ -178,7 +178,7 @@ fn a_moving_mesh_is_closed_at_every_moment() {
             let hit = engine.closest_hit(&ray).expect("inside");
             let surface = shapes[0].surface(&ray, &hit);
             assert!(surface.geometric_normal.dot(ray.direction) > 0.0);
-            let local = map.inverse().transform_point3(surface.position.as_dvec3());
+            let local = map.inverse().transform_point3(surface.position);
             // Faces of 15 degrees lie up to 1 - cos 7.5° = 0.9 % inside of the sphere in each direction.
             assert!((0.98..1.001).contains(&local.length()), "{time}: {}", local.length());
         }

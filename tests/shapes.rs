@@ -4,8 +4,10 @@
 mod support;
 
 use std::f32::consts::{PI, SQRT_2};
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3A};
+use support::meshes::engines;
 use support::points;
 use support::rays::trace;
 use telamon::math::{Frame, warp};
@@ -299,32 +301,34 @@ fn distant_spheres_have_exact_normals() {
 
 const CENTERS: [f32; 4] = [0.0, 1.0, -100.0, 1e5];
 
-/// Rays that leave a sphere to either side: outwards none comes back, inwards each meets the far side.
+/// Rays that leave a sphere to either side, in each engine: outwards none comes back, inwards each meets the far side.
 #[test]
 fn rays_leave_spheres() {
     for (size, center) in [1e-3f32, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
         let center = Vec3A::new(center, -0.7 * center, 0.3 * center);
         let sphere = Sphere::new(center, size, Frame::from_normal(Vec3A::Z), false);
-        for (a, b) in points(11, 2_000).zip(points(12, 2_000)) {
-            let side = warp::square_to_uniform_sphere(a);
-            let ray = Ray::new(center + side * (3.0 * size), -side);
-            let Some(hit) = trace(&sphere, &ray) else {
-                continue;
-            };
-            let point = sphere.surface(&ray, &hit);
-            let direction = warp::square_to_uniform_sphere(b);
-            let cosine = direction.dot(point.geometric_normal);
-            let again = trace(&sphere, &point.spawn(direction)).map(|h| h.t);
-            if cosine >= 0.0 {
-                assert_eq!(again, None, "{size} at {center}: {direction} from {point:?}");
-                continue;
-            }
-            // The far end of the chord, unless the ray starts too deep for so flat a chord.
-            let chord = -2.0 * size * cosine;
-            if chord > 100.0 * point.offset {
-                let t = again.unwrap_or_else(|| panic!("{size} at {center}: no far side"));
-                let slack = 4.0 * point.offset / -cosine + 1e-5 * size;
-                assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
+        for engine in engines(&[Arc::new(sphere)]) {
+            for (a, b) in points(11, 2_000).zip(points(12, 2_000)) {
+                let side = warp::square_to_uniform_sphere(a);
+                let ray = Ray::new(center + side * (3.0 * size), -side);
+                let Some(hit) = trace(&sphere, &ray) else {
+                    continue;
+                };
+                let point = sphere.surface(&ray, &hit);
+                let direction = warp::square_to_uniform_sphere(b);
+                let cosine = direction.dot(point.geometric_normal);
+                let again = engine.closest_hit(&point.spawn(direction)).map(|h| h.t);
+                if cosine >= 0.0 {
+                    assert_eq!(again, None, "{size} at {center}: {direction} from {point:?}");
+                    continue;
+                }
+                // The far end of the chord, from a start that is off by the lift; shorter ones are shorter than that.
+                let (chord, lift) = (-2.0 * size * cosine, point.end_towards(direction).lift());
+                if chord > 100.0 * lift {
+                    let t = again.unwrap_or_else(|| panic!("{size} at {center}: no far side"));
+                    let slack = 4.0 * lift / -cosine + 1e-5 * size;
+                    assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
+                }
             }
         }
     }
@@ -338,21 +342,25 @@ fn rays_leave_cylinders() {
         let base = f64::from(center) * DVec3::new(1.0, -0.7, 0.3);
         let top = base + DVec3::new(1.0, 2.0, -2.0) * size;
         let cylinder = cylinder(base.into(), top.into(), size, false);
-        for (a, b) in points(41, 2_000).zip(points(42, 2_000)) {
-            let s = cylinder.sample_primitive(0, Vec3A::splat(3e5), a).expect("seen");
-            let direction = warp::square_to_uniform_sphere(b);
-            let cosine = direction.dot(s.point.geometric_normal);
-            let again = trace(&cylinder, &s.point.spawn(direction)).map(|hit| hit.t);
-            if cosine >= 0.0 {
-                assert_eq!(again, None, "{size} at {center}: {direction} from {:?}", s.point);
-                continue;
-            }
-            // The far end of the chord, by the angle to the axis.
-            let sine = direction.as_dvec3().cross(DVec3::new(1.0, 2.0, -2.0) / 3.0).length() as f32;
-            let chord = -2.0 * size as f32 * cosine / (sine * sine);
-            let slack = 8.0 * s.point.offset / -cosine / sine + 1e-5 * size as f32 / sine;
-            if let Some(t) = again.filter(|_| chord > 100.0 * s.point.offset) {
-                assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
+        for engine in engines(&[Arc::new(cylinder)]) {
+            for (a, b) in points(41, 2_000).zip(points(42, 2_000)) {
+                let s = cylinder.sample_primitive(0, DVec3::splat(3e5), a).expect("seen");
+                let direction = warp::square_to_uniform_sphere(b);
+                let cosine = direction.dot(s.point.geometric_normal);
+                let again = engine.closest_hit(&s.point.spawn(direction)).map(|hit| hit.t);
+                if cosine >= 0.0 {
+                    assert_eq!(again, None, "{size} at {center}: {direction} from {:?}", s.point);
+                    continue;
+                }
+                // The far end of the chord, by the angle to the axis.
+                let axis = DVec3::new(1.0, 2.0, -2.0) / 3.0;
+                let sine = direction.as_dvec3().cross(axis).length() as f32;
+                let chord = -2.0 * size as f32 * cosine / (sine * sine);
+                let lift = s.point.end_towards(direction).lift();
+                let slack = 8.0 * lift / -cosine / sine + 1e-5 * size as f32 / sine;
+                if let Some(t) = again.filter(|_| chord > 100.0 * lift) {
+                    assert!((t - chord).abs() < slack, "{size} at {center}: {t}, chord {chord}");
+                }
             }
         }
     }
@@ -367,17 +375,19 @@ fn rays_leave_disks() {
         let offset = f64::from(center) * DVec3::new(1.0, -0.7, 0.3);
         let to_world = DAffine3::from_mat3_translation(turn * shear * size, offset);
         let disk = Disk::new(to_world, false).expect("not singular");
-        for (a, b) in points(21, 2_000).zip(points(22, 2_000)) {
-            let s = disk.sample_primitive(0, Vec3A::splat(3e5), a).expect("seen");
-            let direction = warp::square_to_uniform_sphere(b);
-            let again = trace(&disk, &s.point.spawn(direction));
-            assert_eq!(again, None, "{size} at {center}: {direction}");
+        for engine in engines(&[Arc::new(disk)]) {
+            for (a, b) in points(21, 2_000).zip(points(22, 2_000)) {
+                let s = disk.sample_primitive(0, DVec3::splat(3e5), a).expect("seen");
+                let direction = warp::square_to_uniform_sphere(b);
+                let again = engine.closest_hit(&s.point.spawn(direction));
+                assert_eq!(again, None, "{size} at {center}: {direction}");
+            }
         }
     }
 }
 
 /// pbrt's recipe: triangles whose coordinates range over 16 decades. A ray starts on the side that it
-/// goes to, clear of the exact plane by a good part of the offset.
+/// goes to, clear of the exact plane by a good part of the lift, and no farther than the lift and two roundings.
 #[test]
 fn rays_leave_triangles_on_their_own_side() {
     let coordinates = |seed| {
@@ -398,39 +408,48 @@ fn rays_leave_triangles_on_their_own_side() {
         let (mesh, _) =
             TriangleMesh::new(positions, vec![[0, 1, 2]], Vec::new(), Vec::new()).expect("valid");
         for (u, w) in points(32, 100).zip(points(33, 100)) {
-            let Some(s) = mesh.sample_primitive(0, Vec3A::splat(1e9), u) else {
+            let Some(s) = mesh.sample_primitive(0, DVec3::splat(1e9), u) else {
                 continue;
             };
-            assert_leaves(&s.point, a, exact_normal, warp::square_to_uniform_sphere(w));
+            assert_leaves(&s.point, [a, b, c], exact_normal, warp::square_to_uniform_sphere(w));
             tested += 1;
         }
     }
     assert!(tested > 80_000, "only {tested} rays");
 }
 
-fn assert_leaves(point: &SurfacePoint, corner: DVec3, exact_normal: DVec3, direction: Vec3A) {
+fn assert_leaves(point: &SurfacePoint, corners: [DVec3; 3], exact_normal: DVec3, direction: Vec3A) {
     let error = (point.geometric_normal.as_dvec3() - exact_normal).length();
-    // Coordinates rounded once from f64.
-    assert!(error < 1.1e-7, "normal {} is off by {error}", point.geometric_normal);
-    let height = (point.position.as_dvec3() - corner).dot(exact_normal).abs();
-    let offset = f64::from(point.offset);
-    // A quarter is what the measurements behind the factor 32 allow.
-    assert!(height <= 0.25 * offset, "{height} above the plane, offset {offset}");
+    // Rounded to f32 three times: the product of the edges, its length, and their quotient.
+    assert!(error < 1.8e-7, "normal {} is off by {error}", point.geometric_normal);
+    let height = (point.position - corners[0]).dot(exact_normal).abs();
+    let size = corners.iter().fold(0.0, |most: f64, p| most.max(p.abs().max_element()));
+    // Two products and three sums in f64; and the roundings of this test, whose normal cancels for slivers.
+    let [to_b, to_c] = [corners[1] - corners[0], corners[2] - corners[0]];
+    let sharpness = to_b.length() * to_c.length() / to_b.cross(to_c).length();
+    let rounding = 16.0 * f64::EPSILON * size * (1.0 + sharpness);
+    assert!(height <= rounding, "{height} above the plane, whose corners reach to {size}");
     let cosine = f64::from(direction.dot(point.geometric_normal));
     if cosine.abs() < 1e-6 {
         return;
     }
-    let start = (point.leave_towards(direction).as_dvec3() - corner).dot(exact_normal);
-    assert!(start * cosine.signum() >= 0.5 * offset, "starts at {start}, offset {offset}");
+    let start = (point.leave_towards(direction).0.as_dvec3() - corners[0]).dot(exact_normal);
+    let (start, lift) = (start * cosine.signum(), f64::from(point.end_towards(direction).lift()));
+    // The point and the start are rounded, each by a quarter of the lift at most.
+    let range = 0.499 * lift - rounding..1.501 * lift + rounding;
+    assert!(range.contains(&start), "starts at {start}, lift {lift}");
 }
 
-/// Two squares 1e-6 apart at coordinates near 1 do not hide each other.
+/// Two squares 1e-6 apart at coordinates near 1 do not hide each other, however large they are.
 #[test]
-fn offsets_are_small() {
-    let square = primitives::rectangle(DAffine3::from_translation(DVec3::ONE), false).0;
-    let ray = Ray::new(Vec3A::new(1.2, 1.1, 5.0), Vec3A::NEG_Z);
-    let hit = trace(&square, &ray).expect("in front");
-    let offset = square.surface(&ray, &hit).offset;
-    // 4 · 2⁻²⁴ · |z| with z = 1; the square does not reach along its normal.
-    assert_eq!(offset, 4.0 / 16_777_216.0);
+fn lifts_are_small() {
+    for half in [1.0, 1e6] {
+        let to_world = DAffine3::from_translation(DVec3::ONE) * scaled(half, half, 1.0);
+        let square = primitives::rectangle(to_world, false).0;
+        let ray = Ray::new(Vec3A::new(1.2, 1.1, 5.0), Vec3A::NEG_Z);
+        let hit = trace(&square, &ray).expect("in front");
+        let lift = square.surface(&ray, &hit).end_towards(Vec3A::Z).lift();
+        // 4 · 2⁻²⁴ · |z| with z = 1, and 2⁻⁴⁰ of the coordinates.
+        assert!((4.0 / 16_777_216.0..4.001 / 16_777_216.0).contains(&lift), "{lift}");
+    }
 }

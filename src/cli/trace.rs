@@ -114,7 +114,7 @@ fn describe_hit(ray: &Ray, hit: &Hit, scene: &Scene) -> String {
         object.shape.kind(),
         scene.bsdfs()[object.bsdf_of(hit.member)].kind(),
         hit.t,
-        triple(point.position),
+        triple(point.position.as_vec3a()),
         triple(point.shading_normal)
     )
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec2, Vec2, Vec3A};
+use glam::{DVec2, DVec3, Vec2, Vec3A};
 
 use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::discrete::round_below_one;
@@ -58,22 +58,22 @@ impl Area {
     }
 
     /// Radiance of a point of the front, seen along a ray that starts at `from`. Channels below 0 count as 0.
-    fn radiance_at(&self, from: Vec3A, direction: Vec3A, hit: &Hit) -> Rgb {
+    fn radiance_at(&self, from: DVec3, direction: Vec3A, hit: &Hit) -> Rgb {
         match &self.radiance {
             Textured::Uniform(radiance) => *radiance,
             Textured::Varying(texture) => {
-                let uv = self.shape.uv(&Ray::new(from, direction), hit);
+                let uv = self.shape.uv(&Ray::from_exact(from, direction), hit);
                 texture.rgb(uv).max(Rgb::ZERO)
             }
         }
     }
 
     /// The same for a sample.
-    fn sampled_radiance(&self, primitive: usize, from: Vec3A, sample: &ShapeSample) -> Rgb {
+    fn sampled_radiance(&self, primitive: usize, from: DVec3, sample: &ShapeSample) -> Rgb {
         if let Textured::Uniform(radiance) = self.radiance {
             return radiance;
         }
-        let distance = (sample.point.position - from).length();
+        let distance = (sample.point.position - from).length() as f32;
         self.radiance_at(from, sample.direction, &hit_at(primitive, distance, sample.parameters))
     }
 
@@ -88,7 +88,7 @@ impl Area {
         &self,
         primitive: usize,
         probability: f64,
-        from: Vec3A,
+        from: DVec3,
         u: DVec2,
     ) -> Option<EmitterSample> {
         let sample = self.shape.sample_primitive(primitive, from, round_below_one(u))?;
@@ -107,16 +107,13 @@ impl Area {
             direction: sample.direction,
             weight,
             pdf: narrow(pdf),
-            origin: LightOrigin::Point {
-                end: sample.point.leave_towards(-sample.direction),
-                error: sample.point.offset,
-            },
+            origin: LightOrigin::Surface(sample.point.end_towards(-sample.direction)),
         })
     }
 }
 
 impl Emitter for Area {
-    fn sample_toward(&self, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, from: DVec3, u: DVec2) -> Option<EmitterSample> {
         let Choice { index, probability, rest } = self.primitives.sample(u.x);
         self.sample_primitive_toward(index, probability, from, DVec2::new(rest, u.y))
     }
@@ -155,7 +152,7 @@ impl Emitter for Area {
         }
     }
 
-    fn sample_part_toward(&self, part: usize, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+    fn sample_part_toward(&self, part: usize, from: DVec3, u: DVec2) -> Option<EmitterSample> {
         if self.is_split() {
             self.sample_primitive_toward(part, 1.0, from, u)
         } else {

@@ -1,6 +1,6 @@
 //! Which of the emitters a shadow ray is sent to.
 
-use glam::{DVec2, Vec3A};
+use glam::{DVec2, DVec3, Vec3A};
 
 use super::light_bvh::LightChoice;
 use super::{Emitter, EmitterSample, LightBvh, Sight};
@@ -25,7 +25,7 @@ pub enum ChoicePolicy {
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
     /// World position.
-    pub position: Vec3A,
+    pub position: DVec3,
     /// Unit normal of the surface, on the side where light has to arrive.
     pub normal: Vec3A,
     /// Whether light that arrives on the other side is of use too.

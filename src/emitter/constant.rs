@@ -1,6 +1,6 @@
 //! A uniform environment.
 
-use glam::{DVec2, Vec3A};
+use glam::{DVec2, DVec3};
 
 use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::discrete::round_below_one;
@@ -21,7 +21,7 @@ impl Constant {
 }
 
 impl Emitter for Constant {
-    fn sample_toward(&self, _from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, _from: DVec3, u: DVec2) -> Option<EmitterSample> {
         Some(EmitterSample {
             direction: warp::square_to_uniform_sphere(round_below_one(u)),
             weight: self.radiance / warp::UNIFORM_SPHERE_PDF,

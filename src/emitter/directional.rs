@@ -1,6 +1,6 @@
 //! Light from one direction.
 
-use glam::{DVec2, Vec3A};
+use glam::{DVec2, DVec3, Vec3A};
 
 use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::Rgb;
@@ -22,7 +22,7 @@ impl Directional {
 }
 
 impl Emitter for Directional {
-    fn sample_toward(&self, _from: Vec3A, _u: DVec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, _from: DVec3, _u: DVec2) -> Option<EmitterSample> {
         Some(EmitterSample {
             direction: self.towards,
             weight: self.irradiance,

@@ -167,7 +167,7 @@ impl EnvironmentMap {
 }
 
 impl Emitter for EnvironmentMap {
-    fn sample_toward(&self, _from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+    fn sample_toward(&self, _from: DVec3, u: DVec2) -> Option<EmitterSample> {
         let direction = self.direction(self.cells.as_ref()?, DVec2::new(u.x, longer(u)))?;
         // Of the direction as it was rounded, so that both densities of it are one.
         let place = self.place(direction);

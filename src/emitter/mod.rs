@@ -2,10 +2,10 @@
 
 use std::fmt::Debug;
 
-use glam::{DVec2, Vec3A};
+use glam::{DVec2, DVec3, Vec3A};
 
 use crate::math::{Rgb, type_word};
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, RayEnd};
 use crate::shape::SurfacePoint;
 
 pub mod area;
@@ -32,7 +32,7 @@ pub use spot::Spot;
 pub trait Emitter: Debug + Send + Sync {
     /// A direction in which light from this emitter may arrive at `from`, chosen by `u` in `[0, 1)²`, of
     /// which x may have to serve a choice among millions. `None` where none can.
-    fn sample_toward(&self, from: Vec3A, u: DVec2) -> Option<EmitterSample>;
+    fn sample_toward(&self, from: DVec3, u: DVec2) -> Option<EmitterSample>;
 
     /// Density with which [`Emitter::sample_toward`] chooses what is seen, in sr⁻¹; 0 for an emitter
     /// that no ray can hit.
@@ -51,7 +51,7 @@ pub trait Emitter: Debug + Send + Sync {
     fn parts(&self) -> Vec<EmitterBounds>;
 
     /// As [`Emitter::sample_toward`], among the points of one of its parts.
-    fn sample_part_toward(&self, _part: usize, from: Vec3A, u: DVec2) -> Option<EmitterSample> {
+    fn sample_part_toward(&self, _part: usize, from: DVec3, u: DVec2) -> Option<EmitterSample> {
         self.sample_toward(from, u)
     }
 
@@ -76,7 +76,7 @@ pub trait Emitter: Debug + Send + Sync {
 #[derive(Clone, Copy, Debug)]
 pub struct Sight<'a> {
     /// Where the ray started.
-    pub from: Vec3A,
+    pub from: DVec3,
     /// Its unit direction.
     pub direction: Vec3A,
     /// The hit and the point of the surface there; `None` if the ray left the scene.
@@ -101,29 +101,38 @@ pub struct EmitterSample {
 #[derive(Clone, Copy, Debug)]
 pub enum LightOrigin {
     /// A point in space.
-    Point {
-        /// Where a shadow ray has to end; for a surface, moved off it to the receiver's side.
-        end: Vec3A,
-        /// Bound of the rounding error of the light's surface there; 0 if it has none.
-        error: f32,
-    },
+    Point(Vec3A),
+    /// A point of a surface.
+    Surface(RayEnd),
     /// Outside of the scene.
     Infinity,
 }
 
 impl EmitterSample {
     /// The ray that has to be free for the light to arrive at `receiver`, or `None` if the two ends are
-    /// closer than the rounding errors of both, so that nothing can be said to lie between them.
+    /// so close that rounding turns the ray around, and nothing can be said to lie between them.
     #[must_use]
     pub fn shadow_ray(&self, receiver: &SurfacePoint) -> Option<Ray> {
-        let start = receiver.leave_towards(self.direction);
-        let LightOrigin::Point { end, error } = self.origin else {
-            return Some(Ray { time: receiver.time, ..Ray::new(start, self.direction) });
+        let (target, end) = match self.origin {
+            LightOrigin::Infinity => return Some(receiver.spawn(self.direction)),
+            LightOrigin::Point(target) => (target, None),
+            LightOrigin::Surface(end) => (end.start(), Some(end)),
         };
-        let segment = end - start;
+        let (origin, start) = receiver.leave_towards(self.direction);
+        let segment = target - origin;
         let length = segment.length();
-        let t_max = length - (receiver.offset + error);
-        let ray = || Ray { t_max, time: receiver.time, ..Ray::new(start, segment / length) };
-        (t_max > 0.0).then(ray)
+        let ray = || Ray {
+            t_min: 0.0,
+            t_max: length * BEFORE_END,
+            time: receiver.time,
+            start: Some(start),
+            end,
+            ..Ray::new(origin, segment / length)
+        };
+        (segment.dot(self.direction) > 0.0).then(ray)
     }
 }
+
+/// How much of a segment is searched: an engine's distances are off by a few roundings of f32, and would place the
+/// light's own surface before the light.
+const BEFORE_END: f32 = 1.0 - 8.0 * 0.5 * f32::EPSILON;

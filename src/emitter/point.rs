@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, Vec3A};
+use glam::{DVec2, DVec3, Vec3A};
 
 use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
 use crate::math::{Cone, Rgb, luminance};
@@ -23,8 +23,8 @@ impl Point {
 }
 
 impl Emitter for Point {
-    fn sample_toward(&self, from: Vec3A, _u: DVec2) -> Option<EmitterSample> {
-        let to = self.position.as_dvec3() - from.as_dvec3();
+    fn sample_toward(&self, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
+        let to = self.position.as_dvec3() - from;
         let distance_squared = to.length_squared();
         let weight = (self.intensity.as_dvec3() / distance_squared).as_vec3a();
         // At the light itself the direction is undefined.
@@ -32,7 +32,7 @@ impl Emitter for Point {
             direction: (to / distance_squared.sqrt()).as_vec3a(),
             weight,
             pdf: 0.0,
-            origin: LightOrigin::Point { end: self.position, error: 0.0 },
+            origin: LightOrigin::Point(self.position),
         })
     }
 

@@ -68,8 +68,8 @@ impl Spot {
 }
 
 impl Emitter for Spot {
-    fn sample_toward(&self, from: Vec3A, _u: DVec2) -> Option<EmitterSample> {
-        let to = self.settings.position.as_dvec3() - from.as_dvec3();
+    fn sample_toward(&self, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
+        let to = self.settings.position.as_dvec3() - from;
         let distance_squared = to.length_squared();
         let direction = to / distance_squared.sqrt();
         let weight = (self.intensity(-direction).as_dvec3() / distance_squared).as_vec3a();
@@ -79,7 +79,7 @@ impl Emitter for Spot {
                 direction: direction.as_vec3a(),
                 weight,
                 pdf: 0.0,
-                origin: LightOrigin::Point { end: self.settings.position, error: 0.0 },
+                origin: LightOrigin::Point(self.settings.position),
             }
         })
     }

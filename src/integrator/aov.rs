@@ -58,7 +58,7 @@ impl<'a> Aov<'a> {
 /// The layers of three components.
 fn triple(kind: AovKind, vertex: &Vertex<'_>, ray: &Ray) -> Vec3A {
     match kind {
-        AovKind::Position => vertex.surface.position,
+        AovKind::Position => vertex.surface.position.as_vec3a(),
         AovKind::GeometricNormal => vertex.surface.geometric_normal,
         AovKind::ShadingNormal => vertex.surface.shading_normal,
         AovKind::Albedo => Shading::new(vertex, ray).albedo(),

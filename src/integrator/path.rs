@@ -48,7 +48,7 @@ impl Path {
             return Rgb::ZERO;
         };
         let LastEdge::Chosen { from, pdf } = edge else {
-            return emitter.radiance(&sight(ray.origin, ray.direction, vertex));
+            return emitter.radiance(&sight(ray.exact_origin(), ray.direction, vertex));
         };
         let sight = sight(from.position, ray.direction, vertex);
         let weight = match self.settings.strategy {

@@ -1,6 +1,6 @@
 //! What every integrator asks of a scene: the next vertex of a path, and whether light gets through.
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 
 use super::Estimate;
 use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place};
@@ -191,14 +191,14 @@ impl<'a> Tracer<'a> {
     #[must_use]
     pub fn emitted(&self, ray: &Ray, vertex: Option<&Vertex<'a>>) -> Rgb {
         self.emitter_in_sight(vertex).map_or(Rgb::ZERO, |(_, emitter)| {
-            emitter.radiance(&sight(ray.origin, ray.direction, vertex))
+            emitter.radiance(&sight(ray.exact_origin(), ray.direction, vertex))
         })
     }
 }
 
 /// The line of sight from `from` to `vertex`, or out of the scene.
 pub(super) fn sight<'v>(
-    from: Vec3A,
+    from: DVec3,
     direction: Vec3A,
     vertex: Option<&'v Vertex<'_>>,
 ) -> Sight<'v> {

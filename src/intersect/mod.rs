@@ -2,7 +2,8 @@
 //!
 //! An engine is built once over the shapes of a scene and is then shared by all threads. A ray for
 //! which [`Ray::is_traceable`] is false hits nothing. Hits at exactly `t_min` or `t_max` may go either
-//! way. Neither engine changes how the processor treats denormal numbers: they are kept, in both.
+//! way. A ray that leaves or reaches a surface ([`Ray::start`], [`Ray::end`]) meets what the ray between the exact
+//! points meets: hits close to an end that rounding makes up are passed over. Neither engine changes how the processor treats denormal numbers: they are kept, in both.
 
 use std::fmt::{self, Debug, Display, Formatter};
 use std::str::FromStr;
@@ -18,6 +19,7 @@ pub mod embree;
 pub(crate) mod groups;
 mod lanes;
 pub mod recorder;
+mod spurious;
 mod triangle;
 
 pub use accel::Accel;
@@ -146,6 +148,12 @@ pub fn build(
         Accel::Embree(modes) => Ok(Box::new(Embree::new(modes, shapes)?)),
         Accel::Rust(modes) => Ok(Box::new(Bvh::new(modes, shapes)?)),
     }
+}
+
+/// The largest coordinate, in magnitude, of anything that an engine has to intersect.
+fn reach(shapes: &[Arc<dyn Shape>]) -> f32 {
+    let bounds = shapes.iter().map(|shape| shape.bounds()).filter(|bounds| !bounds.is_empty());
+    bounds.map(|b| b.min.abs().max(b.max.abs()).max_element()).fold(0.0, f32::max)
 }
 
 /// Answers a batch ray by ray.

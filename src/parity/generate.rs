@@ -154,17 +154,17 @@ impl Generated {
         if let Some(corners) = part.geometry().corners(primitive, u.time) {
             let b = warp::square_to_uniform_triangle(uv);
             let hit = Hit { t: 0.0, u: b.x, v: b.y, shape: 0, primitive, member };
-            let ray = Ray { time: u.time, ..Ray::new(Vec3A::ZERO, Vec3A::Z) };
             let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
             let b = b.as_dvec2();
             let point = p0 + (p1 - p0) * b.x + (p2 - p0) * b.y;
             let point = instance.map_or(point, |i| i.to_world(u.time).transform_point3(point));
+            let ray = Ray { time: u.time, ..Ray::from_exact(point, Vec3A::Z) };
             return (point, Some(shape.surface(&ray, &hit)));
         }
-        let sample = part.sample_primitive(primitive as usize, self.around(u), uv);
+        let sample = part.sample_primitive(primitive as usize, self.around(u).as_dvec3(), uv);
         let surface =
             sample.map(|s| instance.map_or(s.point, |i| i.placed_point(&s.point, u.time)));
-        (surface.map_or(self.center, |s| s.position).as_dvec3(), surface)
+        (surface.map_or(self.center.as_dvec3(), |s| s.position), surface)
     }
 
     /// The corners of a triangle, beginning with any of them; a surface point thrice for other shapes.
@@ -213,8 +213,9 @@ impl Generated {
         let side = if u.next_1d() < 0.5 { 1.0 } else { -1.0 };
         let frame = Frame::from_normal(target.normal * side);
         let direction = unit(frame.to_world(up).as_dvec3());
-        let from = target.point.as_vec3a();
-        target.surface.map_or(Ray::new(from, direction), |surface| surface.spawn(direction))
+        // Not spawned from the surface: engines are judged by the ray as it is in f32.
+        let from = target.surface.map(|surface| surface.leave_towards(direction).0);
+        Ray::new(from.unwrap_or(target.point.as_vec3a()), direction)
     }
 
     fn axis(&self, u: &mut Draw<'_>) -> Ray {

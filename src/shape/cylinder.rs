@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3, Vec2, Vec3A};
 
 use super::{
-    Analytic, Crossing, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward,
-    area_sample_toward, error_offset, rounding,
+    Analytic, Crossing, Geometry, NEAR_EDGE, NearEdge, OFF_EDGE, Shape, ShapeSample, SurfacePoint,
+    area_pdf_toward, area_sample_toward, rounding_of,
 };
 use crate::math::Aabb;
 use crate::ray::{Hit, Ray};
@@ -52,11 +52,10 @@ impl Cylinder {
         self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
     }
 
-    /// Where the whole line of `ray` meets the cylinder, however long it is: distances, the smaller first, and
-    /// points.
-    fn roots(&self, ray: &Ray) -> Option<[(f64, DVec3); 2]> {
-        let o = self.to_local(ray.origin.as_dvec3() - self.base);
-        let d = self.to_local(ray.direction.as_dvec3());
+    /// Where a line meets the cylinder, however long it is: distances, the smaller first, and points.
+    fn roots(&self, origin: DVec3, direction: DVec3) -> Option<[(f64, DVec3); 2]> {
+        let o = self.to_local(origin - self.base);
+        let d = self.to_local(direction);
         let (across, along) = (o.truncate(), d.truncate());
         let a = along.length_squared();
         let b = -across.dot(along);
@@ -79,20 +78,20 @@ impl Cylinder {
         let towards = towards.try_normalize().unwrap_or(DVec2::X);
         let outward = self.to_world(towards.extend(0.0));
         let on_axis = self.base + self.axes[2] * z.clamp(0.0, self.length);
-        let position = (on_axis + outward * self.radius).as_vec3a();
+        let position = on_axis + outward * self.radius;
         let normal = (outward * self.side).as_vec3a();
         SurfacePoint {
             position,
             geometric_normal: normal,
             shading_normal: normal,
-            offset: error_offset(normal, rounding(position, Vec3A::splat(self.radius as f32))),
+            near_edge: None,
             time: 0.0,
         }
     }
 
-    /// The point of a hit: the distance again, in f64, as for spheres.
+    /// The point of a hit: the distance again, in f64 and from the exact start, as for spheres.
     fn local(&self, ray: &Ray, hit: &Hit) -> DVec3 {
-        match self.roots(ray) {
+        match self.roots(ray.exact_origin(), ray.direction.as_dvec3()) {
             Some([near, far]) => {
                 let (_, p) = if hit.u < 0.5 { near } else { far };
                 p
@@ -108,7 +107,7 @@ impl Cylinder {
 impl Analytic for Cylinder {
     /// The first parameter is 0 where the ray's line enters the cylinder, 1 where it leaves.
     fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
-        let [near, far] = self.roots(ray)?;
+        let [near, far] = self.roots(ray.origin.as_dvec3(), ray.direction.as_dvec3())?;
         let within = |(t, p): (f64, DVec3)| {
             let t = t as f32;
             t >= ray.t_min && t <= ray.t_max && t.is_finite() && (0.0..=self.length).contains(&p.z)
@@ -177,7 +176,21 @@ impl Shape for Cylinder {
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let p = self.local(ray, hit);
-        self.surface_at(p.truncate(), p.z)
+        let surface = self.surface_at(p.truncate(), p.z);
+        // Off the ends, as triangles' points are off their edges.
+        let rounding = rounding_of(surface.position);
+        if p.z.min(self.length - p.z) > NEAR_EDGE * rounding {
+            return surface;
+        }
+        let inner = |margin: f64| {
+            let off = margin.min(0.5 * self.length);
+            self.surface_at(p.truncate(), p.z.clamp(off, self.length - off))
+        };
+        let size = surface.position.abs().element_sum() + self.length;
+        let surface = inner(OFF_EDGE * size);
+        let shifted = |distance: f64| inner(distance).position;
+        let near_edge = NearEdge::new(surface.position, self.length.min(self.radius), shifted);
+        SurfacePoint { near_edge: Some(near_edge), ..surface }
     }
 
     /// u is the angle in turns, v the height as a fraction of the length.
@@ -203,16 +216,16 @@ impl Shape for Cylinder {
     }
 
     /// Uniform by area.
-    fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let angle = TAU * f64::from(u.x);
         let point = self.surface_at(DVec2::from_angle(angle), f64::from(u.y) * self.length);
         let outward = point.geometric_normal * self.side as f32;
-        let leaves = outward.dot(point.position - from) > 0.0;
+        let leaves = outward.dot((point.position - from).as_vec3a()) > 0.0;
         let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
         area_sample_toward(self.primitive_area(primitive), from, point, parameters)
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.primitive_area(primitive), from, point)
     }
 

@@ -153,7 +153,7 @@ impl Shape for DeformingMesh {
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let primitive = hit.primitive as usize;
         let triangle = Triangle::new(self.corners(primitive, ray.time));
-        let point = triangle.inner_point(triangle::clamp(Vec2::new(hit.u, hit.v)));
+        let point = triangle.meet(ray, [hit.u, hit.v]);
         let surface = triangle.surface(point, self.normals(primitive, ray.time));
         SurfacePoint { time: ray.time, ..surface }
     }

@@ -3,8 +3,8 @@
 use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3A};
 
 use super::{
-    Analytic, Crossing, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward,
-    area_sample_toward, error_offset, rounding,
+    Analytic, Crossing, Geometry, NEAR_EDGE, NearEdge, OFF_EDGE, Shape, ShapeSample, SurfacePoint,
+    area_pdf_toward, area_sample_toward, rounding_of,
 };
 use crate::math::{Aabb, Cone, warp};
 use crate::ray::{Hit, Ray};
@@ -16,6 +16,8 @@ pub struct Disk {
     to_local: DAffine3,
     normal: Vec3A,
     area: f64,
+    /// The smaller radius of the ellipse.
+    narrow: f64,
 }
 
 impl Disk {
@@ -40,35 +42,41 @@ impl Disk {
             to_local: exact.inverse(),
             normal: (across.normalize() * side).as_vec3a(),
             area: std::f64::consts::PI * across.length(),
+            narrow: Plane::of(&exact).least_stretch(),
         })
     }
 
     fn plane(&self) -> Plane {
-        let to_world = self.to_local.inverse();
-        let [x, y] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis];
-        Plane { center: to_world.translation, x, y }
+        Plane::of(&self.to_local.inverse())
     }
 
-    fn surface_at(&self, p: Vec2) -> SurfacePoint {
-        let position = self.to_world.transform_point3a(p.extend(0.0).into());
+    /// The surface at a point of the unit disk.
+    fn surface_at(&self, p: DVec2) -> SurfacePoint {
         let m = self.to_world.matrix3;
+        let (x, y, center) =
+            (m.x_axis.as_dvec3(), m.y_axis.as_dvec3(), self.to_world.translation.as_dvec3());
         SurfacePoint {
-            position,
+            position: center + (x * p.x + y * p.y),
             geometric_normal: self.normal,
             shading_normal: self.normal,
-            offset: error_offset(self.normal, rounding(position, m.x_axis.abs() + m.y_axis.abs())),
+            near_edge: None,
             time: 0.0,
         }
+    }
+
+    /// Where a line crosses the disk's plane: how far along, and where on the disk.
+    fn cross(&self, origin: DVec3, direction: DVec3) -> (f64, DVec2) {
+        let origin = self.to_local.transform_point3(origin);
+        let direction = self.to_local.transform_vector3(direction);
+        // A line in the plane of the disk has direction.z == 0 and t = ±inf or NaN.
+        let t = -origin.z / direction.z;
+        (t, (origin + direction * t).truncate())
     }
 }
 
 impl Analytic for Disk {
     fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
-        let origin = self.to_local.transform_point3(ray.origin.as_dvec3());
-        let direction: DVec3 = self.to_local.transform_vector3(ray.direction.as_dvec3());
-        // A ray in the plane of the disk has direction.z == 0 and t = ±inf or NaN: no hit.
-        let t = -origin.z / direction.z;
-        let p = (origin + direction * t).truncate();
+        let (t, p) = self.cross(ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let t = t as f32;
         let inside = p.length_squared() <= 1.0;
         (t >= ray.t_min && t <= ray.t_max && t.is_finite() && inside)
@@ -114,6 +122,11 @@ struct Plane {
 }
 
 impl Plane {
+    fn of(to_world: &DAffine3) -> Self {
+        let [x, y] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis];
+        Self { center: to_world.translation, x, y }
+    }
+
     /// The entries of the Gram matrix of the axes: x², xy, y².
     fn gram(&self) -> [f64; 3] {
         [self.x.length_squared(), self.x.dot(self.y), self.y.length_squared()]
@@ -146,8 +159,22 @@ impl Shape for Disk {
         Analytic::bounds(self)
     }
 
-    fn surface(&self, _ray: &Ray, hit: &Hit) -> SurfacePoint {
-        self.surface_at(Vec2::new(hit.u, hit.v))
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        // Again from the exact start; as found where that passes the disk.
+        let (_, p) = self.cross(ray.exact_origin(), ray.direction.as_dvec3());
+        let found = Vec2::new(hit.u, hit.v).as_dvec2();
+        let p = if p.length_squared() <= 1.0 { p } else { found };
+        let surface = self.surface_at(p);
+        // Off the rim, as for triangles; the rim is nearest where the disk is narrow.
+        let rounding = rounding_of(surface.position) / self.narrow;
+        if 1.0 - p.length() > NEAR_EDGE * rounding {
+            return surface;
+        }
+        let inner = |margin: f64| self.surface_at(p.clamp_length_max(1.0 - margin.min(0.5)));
+        let surface = inner(OFF_EDGE * (1.0 + rounding));
+        let shifted = |distance: f64| inner(distance / self.narrow).position;
+        let near_edge = NearEdge::new(surface.position, self.narrow, shifted);
+        SurfacePoint { near_edge: Some(near_edge), ..surface }
     }
 
     /// Polar, as Mitsuba has it: u is the radius, v the angle in turns.
@@ -176,12 +203,12 @@ impl Shape for Disk {
         self.area
     }
 
-    fn sample_primitive(&self, _primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, _primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let p = warp::square_to_uniform_disk(u);
-        area_sample_toward(self.area, from, self.surface_at(p), p)
+        area_sample_toward(self.area, from, self.surface_at(p.as_dvec2()), p)
     }
 
-    fn primitive_pdf(&self, _primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, _primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.area, from, point)
     }
 

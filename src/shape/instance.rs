@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
 
-use super::{Geometry, Shape, SurfacePoint, error_offset, rounding};
+use super::{Geometry, NearEdge, Shape, SurfacePoint};
 use crate::math::{Aabb, Motion};
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, RayEnd};
 
 /// Shapes in a space of their own, which instances map into the scene.
 #[derive(Debug)]
@@ -183,8 +183,16 @@ impl Instance {
     /// `ray` in the group's space, formed in f64 and rounded once.
     #[must_use]
     pub fn local(&self, ray: &Ray) -> LocalRay {
-        let (ray, stretch) = ray.mapped(&self.maps(ray.time).to_group);
-        LocalRay { ray, stretch }
+        let maps = self.maps(ray.time);
+        let (local, stretch) = ray.mapped(&maps.to_group);
+        // Normals go into the group by the transpose of the way out.
+        let normals = maps.to_world.matrix3.transpose();
+        let mapped = |end: RayEnd, direction| end.mapped(&maps.to_group, &normals, direction);
+        let start = ray.start.map(|start| mapped(start, local.direction));
+        let end = ray.end.map(|end| mapped(end, -local.direction));
+        // Rounded where it is small: far from the origin of the scene the ray's own start may lie beside the surface.
+        let origin = start.map_or(local.origin, |start| start.start());
+        LocalRay { ray: Ray { origin, start, end, ..local }, stretch }
     }
 
     /// The nearest hit within the ray's segment, given `closest_hit` of an engine over the group.
@@ -201,22 +209,15 @@ impl Instance {
     #[must_use]
     pub fn placed_point(&self, point: &SurfacePoint, time: f32) -> SurfacePoint {
         let maps = self.maps(time);
-        let position = maps.to_world.transform_point3(point.position.as_dvec3()).as_vec3a();
-        let across = maps.normal_to_world * point.geometric_normal.as_dvec3();
-        let stretch = across.length();
+        let into_world = |v: Vec3A| maps.to_world.transform_vector3(v.as_dvec3()).as_vec3a();
         let normal = |n: Vec3A| (maps.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
-        let geometric_normal = (across / stretch).as_vec3a();
-        // The member's own offset, as long as the map makes it along the normal; that of the rounding of rays
-        // to the group's space, whose error is that of its coordinates there; and that of the scene's.
-        let own = f64::from(point.offset) / stretch;
-        let of_ray = error_offset(point.geometric_normal, rounding(point.position, Vec3A::ZERO));
-        let of_scene = error_offset(geometric_normal, rounding(position, Vec3A::ZERO));
-        let offset = (own + f64::from(of_ray) / stretch) as f32 + of_scene;
         SurfacePoint {
-            position,
-            geometric_normal,
+            position: maps.to_world.transform_point3(point.position),
+            geometric_normal: normal(point.geometric_normal),
             shading_normal: normal(point.shading_normal),
-            offset,
+            near_edge: point
+                .near_edge
+                .map(|near| NearEdge { shift: into_world(near.shift), ..near }),
             time,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use glam::{Vec2, Vec3, Vec3A};
+use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::triangle::{self, Triangle, TrianglePoint};
@@ -172,6 +172,23 @@ impl TriangleMesh {
         triangle.surface(point, normals)
     }
 
+    /// The surface of a triangle that shares a corner with this one and that the ray truly meets.
+    #[cold]
+    fn surface_of_neighbour(&self, ray: &Ray, primitive: usize) -> Option<SurfacePoint> {
+        let place = |&i: &u32| self.positions[i as usize];
+        let corners = self.triangles[primitive].each_ref().map(place);
+        let is_neighbour = |other: &&usize| {
+            **other != primitive
+                && self.triangles[**other].iter().any(|i| corners.contains(&place(i)))
+        };
+        let all: Vec<_> = (0..self.triangles.len()).collect();
+        all.iter().filter(is_neighbour).find_map(|&other| {
+            let triangle = self.triangle(other);
+            let point = triangle.meet_inside(ray)?;
+            Some(self.surface_at(other, &triangle, point))
+        })
+    }
+
     /// The texture coordinates of a triangle's corners.
     fn triangle_uvs(&self, primitive: usize) -> Option<[Vec2; 3]> {
         (!self.uvs.is_empty()).then(|| self.triangles[primitive].map(|i| self.uvs[i as usize]))
@@ -190,10 +207,15 @@ impl Shape for TriangleMesh {
         )
     }
 
-    fn surface(&self, _ray: &Ray, hit: &Hit) -> SurfacePoint {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let primitive = hit.primitive as usize;
         let triangle = self.triangle(primitive);
-        let point = triangle.inner_point(triangle::clamp(Vec2::new(hit.u, hit.v)));
+        let point = triangle.meet(ray, [hit.u, hit.v]);
+        if point.is_beyond {
+            if let Some(surface) = self.surface_of_neighbour(ray, primitive) {
+                return surface;
+            }
+        }
         self.surface_at(primitive, &triangle, point)
     }
 
@@ -232,14 +254,14 @@ impl Shape for TriangleMesh {
         self.triangle(primitive).area
     }
 
-    fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let triangle = self.triangle(primitive);
         let point = triangle.point(warp::square_to_uniform_triangle(u).to_array());
         let surface = self.surface_at(primitive, &triangle, point);
         area_sample_toward(triangle.area, from, surface, point.weights.into())
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
         area_pdf_toward(self.primitive_area(primitive), from, point)
     }
 
@@ -274,7 +296,7 @@ fn defect(positions: &[Vec3A], triangle: [u32; 3]) -> Option<Defect> {
     }
     // In f64, where the products of the smallest f32 differences do not underflow.
     let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
-    ((b - a).cross(c - a) == glam::DVec3::ZERO).then_some(Defect::Degenerate)
+    ((b - a).cross(c - a) == DVec3::ZERO).then_some(Defect::Degenerate)
 }
 
 /// The triangles to be dropped, in order, or the first index out of range.

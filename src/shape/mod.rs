@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use glam::{DVec3, Vec2, Vec3A};
 
 use crate::math::{Aabb, Cone, Frame, type_word};
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, RayEnd};
 
 pub mod cylinder;
 pub mod deforming;
@@ -110,14 +110,14 @@ pub trait Shape: Debug + Send + Sync {
     }
 
     /// A point of one primitive as seen from `from`. `None` where nothing of it can be sampled.
-    fn sample_primitive(&self, _primitive: usize, _from: Vec3A, _u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, _primitive: usize, _from: DVec3, _u: Vec2) -> Option<ShapeSample> {
         None
     }
 
     /// Density with which [`Shape::sample_primitive`] chooses the direction from `from` to `point`,
     /// which lies on that primitive, in sr⁻¹; 0 where it never does.
     /// In f64, because a primitive may be too small for its density to be an f32.
-    fn primitive_pdf(&self, _primitive: usize, _from: Vec3A, _point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, _primitive: usize, _from: DVec3, _point: &SurfacePoint) -> f64 {
         0.0
     }
 
@@ -143,17 +143,44 @@ pub trait Shape: Debug + Send + Sync {
 /// A point on a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
-    /// World position.
-    pub position: Vec3A,
+    /// World position, exact to a few roundings of f64: where the ray met the primitive, and never moved along it.
+    pub position: DVec3,
     /// Unit normal of the geometry. It lies on the side of the shading normal.
     pub geometric_normal: Vec3A,
     /// Unit normal for shading: interpolated where the shape has vertex normals.
     pub shading_normal: Vec3A,
-    /// A distance along the geometric normal that is farther from the true surface than the rounding
-    /// error of `position` and of the engines' tests.
-    pub offset: f32,
+    /// How rays start next to an edge of the primitive. `None` where no edge is near.
+    pub near_edge: Option<NearEdge>,
     /// Moment within the shutter, `[0, 1]`, of the ray that met the surface; rays that leave it have the same.
     pub time: f32,
+}
+
+/// How rays leave a point next to an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct NearEdge {
+    /// What keeps the start off the edge, so that rounding does not put it beyond: about a rounding along the
+    /// surface, in scene units.
+    pub shift: Vec3A,
+    /// How far from the surface the ray starts, along the normal, in roundings of the point.
+    pub lift: f32,
+    /// How far the ray starts before the surface, in scene units.
+    pub back: f32,
+}
+
+impl NearEdge {
+    /// For a primitive of this size. `shifted` moves a position away from edges by a distance.
+    fn new(position: DVec3, size: f64, shifted: impl Fn(f64) -> DVec3) -> Self {
+        let rounding = rounding_of(position);
+        let shift = |roundings: f64| (shifted(roundings * rounding) - position).as_vec3a();
+        if rounding < COARSE * size {
+            let back = (STEP_BACK * rounding).min(size) as f32;
+            // Rounded once, from f64: a little more than one is enough.
+            Self { shift: shift(FROM_EDGE), lift: 1.25, back }
+        } else {
+            // From behind, a ray would meet other parts of so small a primitive.
+            Self { shift: shift(1.5), lift: 4.0, back: 0.0 }
+        }
+    }
 }
 
 impl SurfacePoint {
@@ -163,19 +190,74 @@ impl SurfacePoint {
         Frame::from_normal(self.shading_normal)
     }
 
-    /// The point from which a ray towards `direction` (unit, world) leaves without hitting the same
-    /// surface again: the position, moved by the error bound to the side that the ray is on.
+    /// The point as the end of a ray that leaves towards `direction` (unit, world).
     #[must_use]
-    pub fn leave_towards(&self, direction: Vec3A) -> Vec3A {
-        let side = self.offset.copysign(self.geometric_normal.dot(direction));
-        self.position + self.geometric_normal * side
+    #[inline(always)]
+    pub fn end_towards(&self, direction: Vec3A) -> RayEnd {
+        RayEnd::new(self.position, self.geometric_normal, direction)
     }
 
-    /// The ray that leaves the surface towards `direction` (unit, world).
+    /// The point from which a ray towards `direction` (unit, world) leaves, and what it stands for: the position, lifted off
+    /// by what rounding makes necessary.
+    ///
+    /// Next to an edge another surface may pass between the position and what it is rounded to. There the ray
+    /// starts a little behind its surface on a line that crosses it inside of the edge. So it crosses the other
+    /// surface too, if the ray from the position does, and the engines pass over what lies behind.
     #[must_use]
-    pub fn spawn(&self, direction: Vec3A) -> Ray {
-        Ray { time: self.time, ..Ray::new(self.leave_towards(direction), direction) }
+    #[inline(always)]
+    pub fn leave_towards(&self, direction: Vec3A) -> (Vec3A, RayEnd) {
+        let end = self.end_towards(direction);
+        let start = match &self.near_edge {
+            None => end.start(),
+            Some(near_edge) => self.start_near_edge(direction, near_edge),
+        };
+        (start, end)
     }
+
+    #[cold]
+    fn start_near_edge(&self, direction: Vec3A, near_edge: &NearEdge) -> Vec3A {
+        const U: f64 = 0.5 * f32::EPSILON as f64;
+        let (normal, direction) = (self.geometric_normal.as_dvec3(), direction.as_dvec3());
+        let lift = f64::from(near_edge.lift) * U * normal.abs().dot(self.position.abs());
+        let lift = normal * lift.copysign(normal.dot(direction));
+        let back = direction * f64::from(near_edge.back);
+        (self.position + near_edge.shift.as_dvec3() + lift - back).as_vec3a()
+    }
+
+    /// The ray that leaves the surface towards `direction` (unit, world). It begins at t = 0, because another surface
+    /// may pass through the point that its start is rounded to.
+    #[must_use]
+    #[inline(always)]
+    pub fn spawn(&self, direction: Vec3A) -> Ray {
+        let (origin, start) = self.leave_towards(direction);
+        let ray = Ray::new(origin, direction);
+        Ray { t_min: 0.0, time: self.time, start: Some(start), ..ray }
+    }
+}
+
+/// Distance from an edge, in roundings of a point, within which rays start with care. Elsewhere the start,
+/// which is lifted by up to 6 roundings, is before both of two walls that meet at more than 11 degrees.
+const NEAR_EDGE: f64 = 32.0;
+
+/// How far off the edge they start, in the same unit, of which rounding takes one at most.
+const FROM_EDGE: f64 = 1.25;
+
+/// How far they start behind their surface, in the same unit. A surface that passes within two roundings of the point
+/// is met if the ray's angle to it is at least about 2⁻⁷.
+const STEP_BACK: f64 = 256.0;
+
+/// The size of a primitive, in roundings over that, below which rounding is coarse for it.
+const COARSE: f64 = 1.0 / 64.0;
+
+/// How far off an edge a point itself is kept, over the largest coordinates of its primitive: 2⁻⁴², a few thousand
+/// roundings of f64, so that it is decided on which side of other surfaces that share the edge it is.
+const OFF_EDGE: f64 = 1.0 / (1u64 << 42) as f64;
+
+/// What rounding to f32 may move a point by.
+#[inline(always)]
+fn rounding_of(position: DVec3) -> f64 {
+    const U: f64 = 0.5 * f32::EPSILON as f64;
+    U * position.abs().element_sum()
 }
 
 /// A point of a shape chosen as seen from another point.
@@ -192,35 +274,11 @@ pub struct ShapeSample {
     pub pdf: f64,
 }
 
-/// How far a ray has to start from a surface so that it does not hit it again: Σᵢ |nᵢ| errorᵢ, for the bound
-/// of its position's [`rounding`].
-#[must_use]
-pub fn error_offset(normal: impl Into<Vec3A>, error: Vec3A) -> f32 {
-    normal.into().abs().dot(error)
-}
-
-/// A bound, per axis, of the error of a ray's start and of the engines' tests. `position` is the point that it
-/// leaves, rounded once after a sum of two; `extent` is how far the primitive reaches from there.
-///
-/// `u (4 |position| + 32 extent)` with u = 2⁻²⁴. The first part is for what grows with the distance from the
-/// origin: the position is rounded to u |position|, and so is the start of the ray, which makes 2; the
-/// other 2 are a margin. The second is for what grows with the size: an engine subtracts the start from the
-/// vertices, exactly where they are close to each other, and errs by a few u of the differences. Of
-/// 36,000 rays that left spheres of 1600 and 160,000 triangles, half of them within 0.01 of the plane, sizes
-/// 1e-6 to 1e6 at up to 100 sizes from the origin, the factors (1, 0) let 36 hit a triangle that they do not
-/// meet in f64, (2, 0) and above none.
-#[must_use]
-#[inline(always)]
-pub fn rounding(position: impl Into<Vec3A>, extent: impl Into<Vec3A>) -> Vec3A {
-    const ULP: f32 = f32::EPSILON * 0.5;
-    position.into().abs() * (4.0 * ULP) + extent.into() * (32.0 * ULP)
-}
-
 /// Density per solid angle of a point chosen uniformly on a primitive of `area`, as seen from
 /// `from`; 0 where the primitive is seen edge-on.
 #[must_use]
-pub(crate) fn area_pdf_toward(area: f64, from: Vec3A, point: &SurfacePoint) -> f64 {
-    let to = (point.position - from).as_dvec3();
+pub(crate) fn area_pdf_toward(area: f64, from: DVec3, point: &SurfacePoint) -> f64 {
+    let to = point.position - from;
     let distance_squared = to.length_squared();
     let cosine = (to.dot(point.geometric_normal.as_dvec3()) / distance_squared.sqrt()).abs();
     let pdf = distance_squared / (cosine * area);
@@ -233,11 +291,12 @@ pub(crate) fn area_pdf_toward(area: f64, from: Vec3A, point: &SurfacePoint) -> f
 #[must_use]
 pub(crate) fn area_sample_toward(
     area: f64,
-    from: Vec3A,
+    from: DVec3,
     point: SurfacePoint,
     parameters: Vec2,
 ) -> Option<ShapeSample> {
-    let to = point.position - from;
+    let exact = point.position - from;
+    let to = exact.as_vec3a();
     let distance_squared = to.length_squared();
     let area_f32 = area as f32;
     if IN_RANGE.contains(&distance_squared) && IN_RANGE.contains(&area_f32) {
@@ -248,9 +307,8 @@ pub(crate) fn area_sample_toward(
             return Some(ShapeSample { point, parameters, direction, pdf: pdf.into() });
         }
     }
-    let to = to.as_dvec3();
-    let distance_squared = to.length_squared();
-    let direction = to / distance_squared.sqrt();
+    let distance_squared = exact.length_squared();
+    let direction = exact / distance_squared.sqrt();
     let solid_angle =
         direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
     (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec2, Vec3A};
 
 use super::{
     Analytic, Crossing, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward,
-    area_sample_toward, error_offset, rounding,
+    area_sample_toward,
 };
 use crate::math::{Aabb, Frame, warp};
 use crate::ray::{Hit, Ray};
@@ -30,14 +30,16 @@ impl Sphere {
         Self { center, radius, axes, side: if flip_normals { -1.0 } else { 1.0 } }
     }
 
-    fn surface_at(&self, outward: Vec3A) -> SurfacePoint {
-        let normal = outward * self.side;
-        let position = self.center + outward * self.radius;
+    /// The surface in a direction from the centre, of any length.
+    fn surface_at(&self, outward: DVec3) -> SurfacePoint {
+        let outward = outward.normalize();
+        let position = self.center.as_dvec3() + outward * f64::from(self.radius);
+        let normal = outward.as_vec3a() * self.side;
         SurfacePoint {
             position,
             geometric_normal: normal,
             shading_normal: normal,
-            offset: error_offset(outward, rounding(position, Vec3A::splat(self.radius))),
+            near_edge: None,
             time: 0.0,
         }
     }
@@ -49,8 +51,11 @@ impl Sphere {
     /// Solves the quadratic in f64: with f32 the discriminant cancels for a sphere that is small
     /// against its distance (Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
     fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
-        let origin = ray.origin.as_dvec3() - self.center.as_dvec3();
-        let direction = ray.direction.as_dvec3();
+        self.roots_from(ray.origin.as_dvec3(), ray.direction.as_dvec3())
+    }
+
+    fn roots_from(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
+        let origin = origin - self.center.as_dvec3();
         let radius = f64::from(self.radius);
         let a = direction.length_squared();
         let b = -origin.dot(direction);
@@ -114,12 +119,12 @@ impl Shape for Sphere {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        // The distance again, in f64: rounded to f32 it moves the point along the ray by up to
-        // 6e-8 t, which for a distant sphere may be more than its radius.
-        let [near, far] = self.roots(ray).unwrap_or([f64::from(hit.t); 2]);
+        // The distance again, in f64 and from the exact start: rounded to f32 it moves the point along the ray
+        // by up to 6e-8 t, which for a distant sphere may be more than its radius.
+        let (origin, direction) = (ray.exact_origin(), ray.direction.as_dvec3());
+        let [near, far] = self.roots_from(origin, direction).unwrap_or([f64::from(hit.t); 2]);
         let t = if hit.u < 0.5 { near } else { far };
-        let p = ray.origin.as_dvec3() + ray.direction.as_dvec3() * t;
-        self.surface_at((p - self.center.as_dvec3()).normalize().as_vec3a())
+        self.surface_at(origin + direction * t - self.center.as_dvec3())
     }
 
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
@@ -151,10 +156,11 @@ impl Shape for Sphere {
 
     /// From outside, uniform in the cone that the sphere fills (Shirley, Wang and Zimmerman 1996,
     /// section 3.2); from inside, uniform by area.
-    fn sample_primitive(&self, primitive: usize, from: Vec3A, u: Vec2) -> Option<ShapeSample> {
+    fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let Some(cone) = self.cone_from(from) else {
-            let point = self.surface_at(warp::square_to_uniform_sphere(u));
-            let leaves = point.geometric_normal.dot(point.position - from) * self.side > 0.0;
+            let point = self.surface_at(warp::square_to_uniform_sphere(u).as_dvec3());
+            let along = (point.position - from).as_vec3a();
+            let leaves = point.geometric_normal.dot(along) * self.side > 0.0;
             let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
             return area_sample_toward(self.primitive_area(primitive), from, point, parameters);
         };
@@ -174,12 +180,12 @@ impl Shape for Sphere {
             t * f64::from(local.y),
             -d * sin_squared - cos * half_chord,
         );
-        let outward = frame.to_world(from_center.normalize().as_vec3a()).normalize();
-        let point = self.surface_at(outward);
+        let outward = frame.to_world(from_center.normalize().as_vec3a());
+        let point = self.surface_at(outward.as_dvec3());
         Some(ShapeSample { point, parameters: Vec2::ZERO, direction, pdf: cone.pdf() })
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: Vec3A, point: &SurfacePoint) -> f64 {
+    fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
         match self.cone_from(from) {
             Some(cone) => cone.pdf(),
             None => area_pdf_toward(self.primitive_area(primitive), from, point),
@@ -190,6 +196,9 @@ impl Shape for Sphere {
         size_of::<Self>()
     }
 }
+
+/// How far a point of the surface may lie from it, over the largest coordinate: a few roundings of f64.
+const ON_SURFACE: f64 = 16.0 * f64::EPSILON;
 
 /// The cone of directions in which a sphere is seen.
 struct Cone {
@@ -207,14 +216,13 @@ impl Cone {
 }
 
 impl Sphere {
-    /// `None` from inside and from the surface, on whichever side of it rounding has put `from`.
-    fn cone_from(&self, from: Vec3A) -> Option<Cone> {
-        let to_center = self.center.as_dvec3() - from.as_dvec3();
+    /// `None` from inside and from the surface, on whichever side of it f64 has put `from`.
+    fn cone_from(&self, from: DVec3) -> Option<Cone> {
+        let to_center = self.center.as_dvec3() - from;
         let distance = to_center.length();
-        // The offset is largest for a diagonal normal: no component of which exceeds 1.
-        let most = self.center.abs() + self.radius;
-        let offset = rounding(most, Vec3A::splat(self.radius)).element_sum();
-        let reach = f64::from(self.radius) + f64::from(offset);
+        // What f64 makes of a point of the surface.
+        let scale = self.center.abs().max_element() + self.radius;
+        let reach = f64::from(self.radius) + f64::from(scale) * ON_SURFACE;
         let sin = f64::from(self.radius) / distance;
         // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
         let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());

@@ -1,15 +1,19 @@
-//! One triangle of a mesh: its normal and area, and points on it that rays can leave from.
+//! One triangle of a mesh: its normal and area, and the points on it.
 
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-use super::{SurfacePoint, error_offset, rounding};
+use super::{NEAR_EDGE, NearEdge, OFF_EDGE, SurfacePoint, rounding_of};
 use crate::math::Frame;
+use crate::ray::Ray;
 
-/// A triangle with what is derived from its corners.
+/// A triangle with what is derived from its corners, in f64, where the corners' differences are exact or nearly so.
 pub(super) struct Triangle {
-    corner: Vec3A,
-    edge_1: Vec3A,
-    edge_2: Vec3A,
+    corners: [Vec3A; 3],
+    corner: DVec3,
+    edge_1: DVec3,
+    edge_2: DVec3,
+    /// Product of the edges: along the normal, twice the area long.
+    cross: DVec3,
     /// Unit normal: counter-clockwise corners face the viewer.
     pub(super) normal: Vec3A,
     pub(super) area: f64,
@@ -18,45 +22,123 @@ pub(super) struct Triangle {
 /// A point on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TrianglePoint {
-    pub(super) position: Vec3A,
+    pub(super) position: DVec3,
     /// Those of the second and third corner.
     pub(super) weights: [f32; 2],
-    /// [`rounding`] there.
-    pub(super) error: Vec3A,
+    /// See [`SurfacePoint::near_edge`].
+    near_edge: Option<NearEdge>,
+    /// Whether the ray passes the triangle by more than rounding of the point explains: an engine errs by more where
+    /// triangles are larger than their distance from the origin, and may have taken a neighbour for it.
+    pub(super) is_beyond: bool,
 }
 
 impl Triangle {
     #[inline(always)]
     pub(super) fn new(corners: [Vec3A; 3]) -> Self {
-        let [a, b, c] = corners;
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
         let (edge_1, edge_2) = (b - a, c - a);
-        let (normal, area) = normal_and_area(corners, edge_1, edge_2);
-        Self { corner: a, edge_1, edge_2, normal, area }
+        let cross = edge_1.cross(edge_2);
+        let (normal, area) = normal_and_area(cross);
+        Self { corners, corner: a, edge_1, edge_2, cross, normal, area }
     }
 
-    /// The point at the weights `[u, v]` of the second and third corner.
+    /// The point at the weights `[u, v]` of the second and third corner; never on an edge, where it would belong to other
+    /// surfaces as well, but off it by at least 2⁻³⁰ of the triangle's height.
     #[inline(always)]
     pub(super) fn point(&self, weights: [f32; 2]) -> TrianglePoint {
-        // Far from the origin, where the edges are exact, this is one rounding; weights for all three
-        // corners would make three.
-        let position = self.corner + (self.edge_1 * weights[0] + self.edge_2 * weights[1]);
-        TrianglePoint { position, weights, error: rounding(position, self.extent()) }
+        const LEAST: f64 = 1.0 / (1u64 << 30) as f64;
+        let [u, v] = weights.map(|weight| f64::from(weight) * (1.0 - 3.0 * LEAST) + LEAST);
+        TrianglePoint { position: self.position(u, v), weights, near_edge: None, is_beyond: false }
     }
 
-    /// The same for a point that rays will leave from, moved away from an edge by the offset of a surface
-    /// there at most: on the edge it would be rounded onto the surface that meets this one there, or
-    /// through it, and a ray towards that surface would start behind it.
+    /// Where `ray` meets the triangle: solved anew from the exact start of the ray, because weights in f32 place a
+    /// point by as much as the triangle is large. `found` are the weights that an engine has.
+    ///
+    /// With s from the corner to the ray's start and r = s × d, the weights are e₂·r and -e₁·r over -(e₁ × e₂)·d (Möller
+    /// and Trumbore 1997, equation 6, with the factors of the triple products turned).
     #[inline(always)]
-    pub(super) fn inner_point(&self, weights: [f32; 2]) -> TrianglePoint {
-        let point = self.point(weights);
-        // A bound of all three weights at that distance from an edge. The exact ones are for the few points
-        // that are so close.
-        let close = point.error.element_sum() * self.extent().element_sum() / self.area as f32;
-        let [u, v] = weights;
-        if u >= close && v >= close && 1.0 - u - v >= close {
-            return point;
+    pub(super) fn meet(&self, ray: &Ray, found: [f32; 2]) -> TrianglePoint {
+        let direction = ray.direction.as_dvec3();
+        let r = (ray.exact_origin() - self.corner).cross(direction);
+        let inverse = -1.0 / self.cross.dot(direction);
+        let (u, v) = (self.edge_2.dot(r) * inverse, -self.edge_1.dot(r) * inverse);
+        let position = self.position(u, v);
+        // A weight times twice the area is the distance from an edge times its length. NaN is not clear of edges.
+        let least = u.min(v).min(1.0 - u - v) as f32;
+        let clear = least * (2.0 * self.area as f32) > self.rounding(position) * NEAR_EDGE as f32;
+        if clear {
+            TrianglePoint {
+                position,
+                weights: [u as f32, v as f32],
+                near_edge: None,
+                is_beyond: false,
+            }
+        } else {
+            self.meet_near_edge([u, v], found)
         }
-        self.point(self.inset(point.error, [1.0 - u - v, u, v]))
+    }
+
+    /// Where `ray` meets the triangle, if it truly does.
+    pub(super) fn meet_inside(&self, ray: &Ray) -> Option<TrianglePoint> {
+        let direction = ray.direction.as_dvec3();
+        let r = (ray.exact_origin() - self.corner).cross(direction);
+        let inverse = -1.0 / self.cross.dot(direction);
+        let (u, v) = (self.edge_2.dot(r) * inverse, -self.edge_1.dot(r) * inverse);
+        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
+        inside.then(|| self.meet(ray, [u as f32, v as f32]))
+    }
+
+    /// The same for solved weights that are close to an edge or, by the rounding of an engine, beyond: moved off the edge,
+    /// to the triangle's side, by a few roundings of f64, so that it is decided on which side of others that share
+    /// the edge the point is. Where the solved weights are not those that were found by more than rounding explains, as
+    /// for a ray in the triangle's plane, those are taken.
+    #[cold]
+    fn meet_near_edge(&self, solved: [f64; 2], found: [f32; 2]) -> TrianglePoint {
+        // Of a distance from an edge, times the edge's length, over twice the area.
+        let edges = [self.edge_2, self.edge_1, self.edge_2 - self.edge_1].map(DVec3::length);
+        let weight = |distance: f64| edges.map(|length| distance * length / (2.0 * self.area));
+        let found = found.map(f64::from);
+        let near = [0, 1].iter().all(|&i| (solved[i] - found[i]).abs() < 1e-3);
+        let [u, v] = if near { solved } else { found };
+        let beyond = weight(8.0 * rounding_of(self.position(u, v)));
+        let is_beyond = near && (u < -beyond[0] || v < -beyond[1] || 1.0 - u - v < -beyond[2]);
+        let u = u.clamp(0.0, 1.0);
+        let v = v.clamp(0.0, 1.0 - u);
+        let size = self.position(u, v).abs().element_sum() + f64::from(self.length());
+        let [u, v] = at_least([u, v], weight(OFF_EDGE * size));
+        let position = self.position(u, v);
+        let shifted = |distance: f64| {
+            let [u, v] = at_least([u, v], weight(distance));
+            self.position(u, v)
+        };
+        TrianglePoint {
+            position,
+            weights: [u as f32, v as f32],
+            near_edge: Some(NearEdge::new(position, self.length().into(), shifted)),
+            is_beyond,
+        }
+    }
+
+    #[inline(always)]
+    fn position(&self, u: f64, v: f64) -> DVec3 {
+        self.corner + (self.edge_1 * u + self.edge_2 * v)
+    }
+
+    /// What rounding of a position to f32 moves it by, times a bound of the length of an edge. The second term is for
+    /// points at the origin, which f64 places by roundings of the corners.
+    #[inline(always)]
+    fn rounding(&self, position: DVec3) -> f32 {
+        const U: f32 = 0.5 * f32::EPSILON;
+        const AT_ORIGIN: f32 = 1.0 / (1u32 << 16) as f32;
+        let length = self.length();
+        U * (position.as_vec3a().abs().element_sum() + AT_ORIGIN * length) * length
+    }
+
+    /// A bound of the length of an edge: the sum of two.
+    #[inline(always)]
+    fn length(&self) -> f32 {
+        let [a, b, c] = self.corners;
+        ((b - a).abs() + (c - a).abs()).element_sum()
     }
 
     /// The surface at one of its points, for the normals of its corners if they have any.
@@ -67,7 +149,7 @@ impl Triangle {
         point: TrianglePoint,
         vertex_normals: Option<[Vec3; 3]>,
     ) -> SurfacePoint {
-        let TrianglePoint { position, weights: [u, v], error } = point;
+        let TrianglePoint { position, weights: [u, v], near_edge, .. } = point;
         let (mut geometric_normal, mut shading_normal) = (self.normal, self.normal);
         if let Some([n0, n1, n2]) = vertex_normals {
             // A zero or non-finite interpolated normal leaves the geometric one.
@@ -79,51 +161,16 @@ impl Triangle {
                 }
             }
         }
-        SurfacePoint {
-            position,
-            geometric_normal,
-            shading_normal,
-            offset: error_offset(geometric_normal, error),
-            time: 0.0,
-        }
+        SurfacePoint { position, geometric_normal, shading_normal, near_edge, time: 0.0 }
     }
+}
 
-    /// How far it reaches from any of its points, per axis.
-    #[inline(always)]
-    fn extent(&self) -> Vec3A {
-        self.edge_1.abs().max(self.edge_2.abs())
-    }
-
-    /// The weights of the nearest point that keeps its distance from all edges; in a triangle too narrow
-    /// for that, it is in the middle between the long ones.
-    #[cold]
-    fn inset(&self, error: Vec3A, weights: [f32; 3]) -> [f32; 2] {
-        let [e1, e2] = [self.edge_1, self.edge_2].map(|e| e.as_dvec3());
-        // Opposite of the corners.
-        let edges = [e2 - e1, e2, e1];
-        let lengths = edges.map(DVec3::length);
-        let margins = [0, 1, 2].map(|i| {
-            let inwards = self.normal.cross((edges[i] / lengths[i]).as_vec3a());
-            let distance = f64::from(error_offset(inwards, error));
-            // Over the height: the weight at that distance. NaN, of an edge that rounding has taken, is lost.
-            (distance * lengths[i] / (2.0 * self.area)).max(0.0)
-        });
-        // From the corner opposite of the shortest edge to it, then between the two other edges.
-        let shortest = |i: usize, j: usize| if lengths[j] < lengths[i] { j } else { i };
-        let apex = shortest(shortest(0, 1), 2);
-        let (left, right) = ((apex + 1) % 3, (apex + 2) % 3);
-        let [along, across] = [apex, left].map(|i| f64::from(weights[i]));
-        let least = margins[apex].min(1.0 / 3.0);
-        let both = margins[left] + margins[right];
-        let most = if both < 1.0 - least { 1.0 - both } else { 1.0 };
-        let along = along.clamp(least, most);
-        let width = 1.0 - along;
-        let [near, far] = [left, right].map(|i| margins[i].min(0.5 * width));
-        let across = across.clamp(near, width - far);
-        let mut inner = [0.0; 3];
-        (inner[apex], inner[left], inner[right]) = (along, across, width - across);
-        [inner[1] as f32, inner[2] as f32]
-    }
+/// Weights of the second and third corner such that all three, that of the first last, are about at least these, as far as
+/// that is possible.
+fn at_least([u, v]: [f64; 2], least: [f64; 3]) -> [f64; 2] {
+    let weights = [u, v, 1.0 - u - v];
+    let [u, v, w] = [0, 1, 2].map(|i| weights[i].max(least[i].min(1.0)));
+    [u, v].map(|weight| weight / (u + v + w))
 }
 
 /// Weights of a point of the triangle. Engines may report some slightly outside; inside, interpolation
@@ -162,83 +209,16 @@ pub(super) fn tangents(corners: [Vec3A; 3], uvs: Option<[Vec2; 3]>) -> [Vec3A; 2
     })
 }
 
-/// The unit normal of a triangle and its area. In f32 where that is exact to a few roundings; the cross
-/// product of a sliver cancels, and that of very short or very long edges leaves the range, so those are
-/// formed in f64.
+/// The unit normal of a triangle and its area, from the product of its edges in f64, which is exact to a few roundings
+/// of that. In f32 where the square of its length stays in range.
 #[inline(always)]
-fn normal_and_area(corners: [Vec3A; 3], e1: Vec3A, e2: Vec3A) -> (Vec3A, f64) {
-    let n = e1.cross(e2);
-    let (length_squared, edges) = (n.length_squared(), e1.length_squared() * e2.length_squared());
-    // sin² of the angle between the edges: above 1/16 at most two bits cancel.
-    if length_squared > 0.0625 * edges && edges > 1e-30 && edges < 1e30 {
+fn normal_and_area(cross: DVec3) -> (Vec3A, f64) {
+    let n = cross.as_vec3a();
+    let length_squared = n.length_squared();
+    if (1e-30..1e30).contains(&length_squared) {
         let length = length_squared.sqrt();
         return (n / length, 0.5 * f64::from(length));
     }
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
-    let n = (b - a).cross(c - a);
-    let length = n.length();
-    ((n / length).as_vec3a(), 0.5 * length)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Distances of a point from the edges, in f64.
-    fn heights(corners: [Vec3A; 3], position: Vec3A) -> [f64; 3] {
-        let [a, b, c, p] = [corners[0], corners[1], corners[2], position].map(Vec3A::as_dvec3);
-        [(b, c), (c, a), (a, b)].map(|(from, to)| {
-            let along = (to - from).normalize();
-            (p - from).reject_from_normalized(along).length()
-        })
-    }
-
-    #[test]
-    fn inner_points_keep_off_the_edges() {
-        for far in [0.0, 1e3, 1e6] {
-            let far = Vec3A::new(far, -far, far);
-            let corners = [Vec3A::ZERO, Vec3A::new(4.0, 1.0, 0.5), Vec3A::new(1.0, 3.0, -1.0)]
-                .map(|p| p + far);
-            let triangle = Triangle::new(corners);
-            for [u, v] in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.5], [0.0, 0.3], [0.3, 0.3]] {
-                let plain = triangle.point([u, v]);
-                let inner = triangle.inner_point([u, v]);
-                let offset = error_offset(triangle.normal, inner.error);
-                for height in heights(corners, inner.position) {
-                    // The margin follows an edge's own direction: between a half and twice that of the normal
-                    // here. The position is rounded once more.
-                    assert!(height >= 0.25 * f64::from(offset), "{u} {v}: {height} {offset}");
-                }
-                let moved = plain.position.distance(inner.position);
-                assert!(moved <= 8.0 * offset, "{u} {v}: {moved} {offset}");
-            }
-        }
-    }
-
-    /// A strip of 1 by 1e-6 far from the origin, narrower than two margins: points stay where they are along
-    /// it.
-    #[test]
-    fn inner_points_do_not_slide_along_slivers() {
-        let far = Vec3A::new(100.0, 0.0, 7.0);
-        let corners = [Vec3A::ZERO, Vec3A::X, Vec3A::Y * 1e-6].map(|p| p + far);
-        let triangle = Triangle::new(corners);
-        for i in 1..100 {
-            let u = i as f32 / 100.0;
-            let inner = triangle.inner_point([u, 0.0]);
-            assert!((inner.position.x - 100.0 - u).abs() < 1e-4, "{u}: {}", inner.position);
-            assert!(inner.weights.iter().all(|w| (0.0..=1.0).contains(w)));
-        }
-    }
-
-    /// From a corner this far away the others are one, and the edge between them has no length.
-    #[test]
-    fn an_edge_lost_in_rounding_does_no_harm() {
-        let corners = [Vec3A::new(1e10, 1e10, 0.0), Vec3A::ZERO, Vec3A::X];
-        let triangle = Triangle::new(corners);
-        assert!(triangle.area > 0.0);
-        for weights in [[0.0, 0.0], [1.0, 0.0], [0.2, 0.7]] {
-            let inner = triangle.inner_point(weights);
-            assert!(inner.position.is_finite() && inner.error.is_finite(), "{weights:?}");
-        }
-    }
+    let length = cross.length();
+    ((cross / length).as_vec3a(), 0.5 * length)
 }

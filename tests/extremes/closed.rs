@@ -109,7 +109,7 @@ fn spheres_of_all_sizes_are_closed() {
             for ray in inner_rays(DVec3::ZERO, 0.5 * size, 241, 10_000) {
                 let hit = engine.closest_hit(&ray);
                 let hit = hit.unwrap_or_else(|| panic!("{}: {ray:?} leaves", engine.name()));
-                let point = shapes[0].surface(&ray, &hit).position.as_dvec3();
+                let point = shapes[0].surface(&ray, &hit).position;
                 let end = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(hit.t);
                 let radius = point.length() / size;
                 let on_the_sphere = radius <= 1.0 + 1e-6 && radius >= 1.0 - sag;

@@ -8,7 +8,7 @@ use telamon::emitter::{Area, Emitter, EmitterSample, LightOrigin};
 use telamon::integrator::{Integrator, Path, Tracer};
 use telamon::intersect::Intersector;
 use telamon::math::{Frame, Rgb, warp};
-use telamon::ray::Ray;
+use telamon::ray::{Ray, RayEnd};
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
 use telamon::scene::settings::PathSettings;
@@ -227,10 +227,11 @@ fn shadow_rays_end_at_the_light() {
             direction: Vec3A::Z,
             weight: Rgb::ONE,
             pdf: 1.0,
-            origin: LightOrigin::Point {
-                end: point.position + Vec3A::Z * (0.5 * point.offset),
-                error: point.offset,
-            },
+            origin: LightOrigin::Surface(RayEnd {
+                point: point.position
+                    + DVec3::Z * f64::from(0.5 * point.end_towards(Vec3A::Z).lift()),
+                ..point.end_towards(Vec3A::NEG_Z)
+            }),
         };
         assert!(near.shadow_ray(&point).is_none());
     }

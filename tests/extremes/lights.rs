@@ -152,7 +152,7 @@ fn spheres_of_all_sizes_light_a_floor() {
     }
     // So small that its solid angle is no f32.
     let light = Area::new(sphere(Vec3A::Z * 1e12, 1e-10), Rgb::splat(1e30)).expect("an area");
-    let s = light.sample_toward(Vec3A::ZERO, glam::DVec2::splat(0.5)).expect("seen");
+    let s = light.sample_toward(DVec3::ZERO, glam::DVec2::splat(0.5)).expect("seen");
     let expected = PI * 1e-44 * 1e30;
     assert!((f64::from(s.weight.x) / expected - 1.0).abs() < 1e-6, "{s:?}");
 }
@@ -167,12 +167,12 @@ fn weights_of_both_techniques_sum_to_one() {
     for light in &lights {
         let area = Area::new(Arc::clone(&light.shape), Rgb::ONE).expect("an area");
         for u in crate::support::points(521, count) {
-            let Some(s) = area.sample_toward(light.from, u.as_dvec2()) else { continue };
+            let Some(s) = area.sample_toward(light.from.as_dvec3(), u.as_dvec2()) else { continue };
             let ray = Ray::new(light.from, s.direction);
             let Some(hit) = trace(light.shape.as_ref(), &ray) else { continue };
             let point = light.shape.surface(&ray, &hit);
             let surface = Some((&hit, &point));
-            let sight = Sight { from: light.from, direction: s.direction, surface };
+            let sight = Sight { from: light.from.as_dvec3(), direction: s.direction, surface };
             let cosine = f64::from(point.geometric_normal.dot(s.direction).abs());
             let bsdf = s.direction.dot(light.normal).max(0.0) / std::f32::consts::PI;
             for heuristic in [MisHeuristic::Balance, MisHeuristic::Power] {
@@ -196,7 +196,7 @@ fn a_dim_light_is_seen_beside_a_blinding_one() {
         Box::new(Point::new(Vec3A::Z, Rgb::ONE)),
     ];
     let choice = EmitterChoice::new(ChoicePolicy::Power, &lights);
-    let below = Receiver { position: Vec3A::ZERO, normal: Vec3A::Z, both_sides: false };
+    let below = Receiver { position: DVec3::ZERO, normal: Vec3A::Z, both_sides: false };
     let dim = choice.probability(&below, 1);
     assert!((dim - 5e-4).abs() < 1e-6, "{dim}");
     let floor: Arc<dyn Shape> = Arc::new(primitives::rectangle(DAffine3::IDENTITY, false).0);

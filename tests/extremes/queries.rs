@@ -327,7 +327,7 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
             }
             hits += 1;
             let end = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(hit.t);
-            let point = shapes[0].surface(&ray, &hit).position.as_dvec3();
+            let point = shapes[0].surface(&ray, &hit).position;
             let off = end.distance(point);
             let reach = ray.origin.as_dvec3().length() + f64::from(hit.t);
             let bound =
@@ -400,7 +400,7 @@ fn positions_do_not_depend_on_the_distance() {
             let ray = Ray::new(target + away * 1e6, -away);
             let Some(hit) = engine.closest_hit(&ray) else { continue };
             hits += 1;
-            let p = shape.surface(&ray, &hit).position.as_dvec3();
+            let p = shape.surface(&ray, &hit).position;
             let off = (p - a).dot(normal).abs();
             assert!(off < 1e-7, "{}: {off} off the plane, {hit:?}", engine.name());
         }

@@ -162,7 +162,7 @@ impl Node {
     /// where nothing can arrive; finite, also at the emitter itself.
     #[inline]
     fn importance(&self, receiver: &Receiver) -> f64 {
-        let to_receiver = receiver.position - Vec3A::from(self.center);
+        let to_receiver = receiver.position.as_vec3a() - Vec3A::from(self.center);
         let squared = to_receiver.length_squared();
         if squared <= self.radius_squared {
             // Within the ball nothing is known of directions, and half of its size stands for the distance.

@@ -1,5 +1,7 @@
 use std::f32::consts::PI;
 
+use glam::DVec3;
+
 use super::*;
 use crate::math::{Aabb, Cone};
 
@@ -37,7 +39,7 @@ fn receivers() -> impl Iterator<Item = Receiver> {
     std::iter::repeat_with(move || {
         let [position, normal, side] = [0; 3].map(|_| vectors.next().unwrap_or_default());
         Receiver {
-            position: (position * 2.0 - 0.5).into(),
+            position: (position * 2.0 - 0.5).as_dvec3(),
             normal: (normal - 0.5).normalize().into(),
             both_sides: side.x < 0.5,
         }
@@ -84,7 +86,7 @@ fn no_light_of_use_is_left_out() {
             let probability = bvh.probability(&receiver, index);
             // Exactly, in f64: whether a corner or the middle of the box, as a light by itself, shines there.
             let shines = |p: Vec3| {
-                let to = receiver.position.as_dvec3() - p.as_dvec3();
+                let to = receiver.position - p.as_dvec3();
                 let axis = light.normals.axis.as_dvec3();
                 let angle = axis.angle_between(to) - f64::from(light.normals.angle);
                 let above = -to.dot(receiver.normal.as_dvec3());
@@ -116,7 +118,7 @@ fn size_does_not_matter() {
         });
         let bvh = LightBvh::new(&scaled.collect::<Vec<_>>()).expect("some shine");
         let chosen = receivers().zip(numbers()).take(100).map(|(receiver, u)| {
-            let receiver = Receiver { position: receiver.position * scale, ..receiver };
+            let receiver = Receiver { position: receiver.position * f64::from(scale), ..receiver };
             bvh.sample(&receiver, u.into())
         });
         chosen.collect()
@@ -158,7 +160,7 @@ fn the_nearer_is_taken_more_often() {
         let space = Aabb { min: Vec3::X * x, max: Vec3::X * x };
         EmitterBounds::surface(space, Cone::direction(axis), 1.0)
     };
-    let receiver = Receiver { position: Vec3A::ZERO, normal: Vec3A::X, both_sides: false };
+    let receiver = Receiver { position: DVec3::ZERO, normal: Vec3A::X, both_sides: false };
     let shares = |lights: [EmitterBounds; 2]| {
         let bvh = LightBvh::new(&lights).expect("both shine");
         [0, 1].map(|i| bvh.probability(&receiver, i))

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use super::accel::{RustModes, TriangleTest};
 use super::groups::{build_groups, distinct};
 use super::lanes::Simd;
+use super::spurious::{Doubt, intersect_analytic};
 use super::triangle::{Corners, Plain, Watertight};
-use super::{BuildError, Intersector, for_each_ray};
+use super::{BuildError, Intersector, for_each_ray, reach};
 use crate::ray::{Hit, Ray};
 use crate::shape::{Geometry, Shape};
 
@@ -44,6 +45,8 @@ pub struct Bvh {
     moving: Vec<Option<MovingTree>>,
     modes: RustModes,
     simd: Simd,
+    /// See [`reach`].
+    reach: f32,
 }
 
 impl Bvh {
@@ -62,21 +65,26 @@ impl Bvh {
         let groups = build_groups(shapes, |members| Self::new(modes, members))?;
         let moving = shapes.iter().map(MovingTree::new).collect();
         let simd = Simd::detect();
-        let shapes = shapes.to_vec();
-        Ok(Self { nodes: tree.nodes, packs, shapes, offsets, groups, moving, modes, simd })
+        let (reach, shapes) = (reach(shapes), shapes.to_vec());
+        Ok(Self { nodes: tree.nodes, packs, shapes, offsets, groups, moving, modes, simd, reach })
     }
 
     /// The nearest hit with a shape that has a test of its own or, if `ANY`, just some hit.
-    fn intersect_shape<const ANY: bool>(&self, shape: usize, ray: &Ray) -> Option<Found> {
+    fn intersect_shape<const ANY: bool>(
+        &self,
+        shape: usize,
+        ray: &Ray,
+        doubt: Doubt,
+    ) -> Option<Found> {
         let id = self.offsets[shape];
         match self.shapes[shape].geometry() {
             Geometry::Deforming(_) => {
                 let Hit { t, u, v, primitive, .. } =
-                    self.moving[shape].as_ref()?.hit::<ANY>(ray)?;
+                    self.moving[shape].as_ref()?.hit::<ANY>(ray, doubt)?;
                 Some(Found { t, u, v, id, inner: Inner { member: 0, primitive } })
             }
             Geometry::Analytic(analytic) => {
-                let (t, u, v) = analytic.intersect(ray)?;
+                let (t, u, v) = intersect_analytic(ray, analytic, doubt)?;
                 Some(Found { t, u, v, id, inner: Inner::NONE })
             }
             Geometry::Instance(instance) => {

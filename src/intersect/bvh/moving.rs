@@ -11,7 +11,8 @@ use super::build::{self, Reference, outward};
 use super::node::{Child, ChildKind, Node, Slabs};
 use super::traverse::{Entry, STACK, sort_descending, without_denormals};
 use crate::intersect::lanes::{LANES, Lanes, Simd, Task};
-use crate::intersect::triangle::{RayTriangle, TriangleHit, Watertight};
+use crate::intersect::spurious::{Doubt, meets_triangle};
+use crate::intersect::triangle::{RayTriangle, TriangleHit, Watertight, in_f64};
 use crate::math::Aabb;
 use crate::ray::{Hit, Ray};
 use crate::shape::{DeformingMesh, Geometry, Shape};
@@ -52,13 +53,17 @@ impl MovingTree {
     }
 
     /// The nearest hit within the ray's segment or, if `ANY`, just some hit, as one of the only shape.
-    pub(in crate::intersect) fn hit<const ANY: bool>(&self, ray: &Ray) -> Option<Hit> {
+    pub(in crate::intersect) fn hit<const ANY: bool>(
+        &self,
+        ray: &Ray,
+        doubt: Doubt,
+    ) -> Option<Hit> {
         let part = self.parts.iter().find(|part| ray.time <= part.end).or(self.parts.last())?;
         if part.nodes.is_empty() {
             return None;
         }
         let ray = Ray { direction: without_denormals(ray.direction), ..*ray };
-        let walk = Walk::<ANY> { mesh: self.mesh(), part, ray };
+        let walk = Walk::<ANY> { mesh: self.mesh(), part, ray, doubt };
         let (TriangleHit { t, u, v }, primitive) = self.simd.run(walk)?;
         Some(Hit { t, u, v, shape: 0, primitive, member: 0 })
     }
@@ -125,6 +130,7 @@ struct Walk<'a, const ANY: bool> {
     mesh: &'a DeformingMesh,
     part: &'a Part,
     ray: Ray,
+    doubt: Doubt,
 }
 
 impl<const ANY: bool> Task for Walk<'_, ANY> {
@@ -132,7 +138,7 @@ impl<const ANY: bool> Task for Walk<'_, ANY> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
-        let Self { mesh, part, mut ray } = self;
+        let Self { mesh, part, mut ray, doubt } = self;
         let (test, slabs) = (Watertight::new(&ray), Slabs::new(&ray));
         let fraction = part.fraction(ray.time);
         let t_min = lanes.splat(ray.t_min);
@@ -159,7 +165,10 @@ impl<const ANY: bool> Task for Walk<'_, ANY> {
                     let corners = corners.map(|corner| Vec3::from(corner).to_array());
                     let primitive = primitive as u32;
                     let hit = test.hit(&ray, &corners).filter(|hit| {
-                        !found.is_some_and(|(best, i)| hit.t == best.t && primitive >= i)
+                        let true_hit =
+                            !doubt.covers(hit.t) || meets_triangle(&ray, hit.t, in_f64(&corners));
+                        true_hit
+                            && !found.is_some_and(|(best, i)| hit.t == best.t && primitive >= i)
                     });
                     if let Some(hit) = hit {
                         found = Some((hit, primitive));

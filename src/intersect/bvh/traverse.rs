@@ -8,7 +8,8 @@ use glam::Vec3A;
 use super::Bvh;
 use super::node::{Child, ChildKind, Slabs};
 use crate::intersect::lanes::{LANES, Lanes, Task};
-use crate::intersect::triangle::{RayTriangle, TriangleHit};
+use crate::intersect::spurious::{Doubt, meets_triangle};
+use crate::intersect::triangle::{RayTriangle, TriangleHit, in_f64};
 use crate::ray::Ray;
 
 /// Nodes on the way from the root to a leaf, at most.
@@ -96,6 +97,7 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
         let Self { bvh, mut ray, .. } = self;
         let test = T::new(&ray);
         let slabs = Slabs::new(&ray);
+        let doubt = Doubt::new(&ray, bvh.reach);
         let t_min = lanes.splat(ray.t_min);
         let mut t_max = lanes.splat(ray.t_max);
         let mut found: Option<Found> = None;
@@ -141,7 +143,11 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                     while mask != 0 {
                         let lane = mask.trailing_zeros() as usize % LANES;
                         mask &= mask - 1;
-                        let Some(hit) = test.hit(&ray, &pack.corners(lane)) else { continue };
+                        let corners = pack.corners(lane);
+                        let Some(hit) = test.hit(&ray, &corners) else { continue };
+                        if doubt.covers(hit.t) && !meets_triangle(&ray, hit.t, in_f64(&corners)) {
+                            continue;
+                        }
                         let id = pack.id(lane);
                         if !found.is_some_and(|best| hit.t == best.t && id >= best.id) {
                             let TriangleHit { t, u, v } = hit;
@@ -155,7 +161,7 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                     }
                 }
                 ChildKind::Shape(shape) => {
-                    if let Some(hit) = bvh.intersect_shape::<ANY>(shape, &ray) {
+                    if let Some(hit) = bvh.intersect_shape::<ANY>(shape, &ray, doubt) {
                         if !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id) {
                             found = Some(hit);
                             if ANY {

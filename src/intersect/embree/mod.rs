@@ -11,11 +11,12 @@ use std::sync::Arc;
 
 use embree_sys::*;
 
-use super::BuildError;
 use super::accel::{BuildQuality, EmbreeModes};
 use super::groups::build_groups;
+use super::{BuildError, reach};
 use crate::shape::{Geometry, Shape};
 
+mod asked;
 mod device;
 mod query;
 mod user_geometry;
@@ -29,6 +30,8 @@ pub struct Embree {
     scene: RTCScene,
     device: Arc<Device>,
     modes: EmbreeModes,
+    /// See [`reach`].
+    reach: f32,
     /// Read by Embree through the pointers that it was given.
     shapes: Vec<Arc<dyn Shape>>,
     #[expect(clippy::vec_box, reason = "Embree keeps the address of each, and the list grows")]
@@ -60,9 +63,14 @@ impl Embree {
         let groups = build_groups(shapes, |members| Self::on_device(device, modes, members))?;
         // SAFETY: the device is live.
         let scene = unsafe { rtcNewScene(device.handle) };
-        let device = Arc::clone(device);
-        let mut embree =
-            Self { scene, device, modes, shapes: shapes.to_vec(), user_shapes: Vec::new() };
+        let mut embree = Self {
+            scene,
+            device: Arc::clone(device),
+            modes,
+            reach: reach(shapes),
+            shapes: shapes.to_vec(),
+            user_shapes: Vec::new(),
+        };
         embree.device.check()?;
         // SAFETY: the scene is live and not yet committed.
         unsafe { rtcSetSceneFlags(scene, scene_flags(modes)) };
@@ -74,6 +82,8 @@ impl Embree {
                 Geometry::Triangles { triangles: [], .. } => {}
                 Geometry::Triangles { positions, triangles } => {
                     let geometry = embree.triangles(positions, triangles);
+                    // SAFETY: the geometry is live, and all queries come with what the filter asks.
+                    unsafe { telamon_filter_occlusion(geometry) };
                     embree.attach(geometry, id);
                 }
                 Geometry::Deforming(_) | Geometry::Analytic(_) | Geometry::Instance(_) => {

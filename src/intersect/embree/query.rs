@@ -1,11 +1,14 @@
 //! Ray queries.
 
 use std::mem::offset_of;
+use std::slice;
 
 use embree_sys::*;
 use glam::Vec4;
 
 use super::Embree;
+use super::asked::Asked;
+use crate::intersect::spurious::Doubt;
 use crate::intersect::{Intersector, for_each_ray};
 use crate::ray::{Hit, Ray};
 use crate::shape::Geometry;
@@ -15,28 +18,29 @@ impl Intersector for Embree {
         if !ray.is_traceable() {
             return None;
         }
-        let hit = RTCHit {
-            geomID: RTC_INVALID_GEOMETRY_ID,
-            primID: RTC_INVALID_GEOMETRY_ID,
-            instID: [RTC_INVALID_GEOMETRY_ID],
-            ..Default::default()
-        };
-        let mut query = Query { ray: EmbreeRay::new(ray), hit };
-        // SAFETY: the scene is committed; the query has the layout and the alignment asked for (asserted
-        // below), and the ray passed the validation without which Embree's assertions would fail.
-        unsafe { telamon_intersect1(self.scene, (&raw mut query).cast()) };
-        let Query { ray: end, hit } = query;
-        self.found(ray, [hit.geomID, hit.primID, hit.instID[0]], [end.t_max, hit.u, hit.v])
+        let doubts = [Doubt::new(ray, self.reach)];
+        let asked = Asked { engine: self, rays: slice::from_ref(ray), doubts: &doubts };
+        let mut t_min = ray.t_min;
+        loop {
+            let hit = self.nearest(&asked, ray, t_min)?;
+            if asked.counts(0, hit.t, hit.shape, hit.primitive) {
+                return Some(hit);
+            }
+            t_min = hit.t.next_up();
+        }
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
         if !ray.is_traceable() {
             return false;
         }
-        let mut query = EmbreeRay::new(ray);
-        // SAFETY: as in `closest_hit`.
-        unsafe { telamon_occluded1(self.scene, (&raw mut query).cast()) };
-        query.t_max == f32::NEG_INFINITY
+        let doubts = [Doubt::new(ray, self.reach)];
+        let asked = Asked { engine: self, rays: slice::from_ref(ray), doubts: &doubts };
+        let query = asked.query();
+        let mut ray = EmbreeRay::new(ray, ray.t_min);
+        // SAFETY: as in `nearest`.
+        unsafe { telamon_occluded1(self.scene, (&raw mut ray).cast(), &raw const query) };
+        ray.t_max == f32::NEG_INFINITY
     }
 
     /// In packets of eight, unless the modes say otherwise.
@@ -47,6 +51,9 @@ impl Intersector for Embree {
         }
         let packets = rays.chunks_exact(LANES).zip(hits.chunks_exact_mut(LANES));
         for (rays, hits) in packets {
+            let doubts: [Doubt; LANES] = std::array::from_fn(|i| Doubt::new(&rays[i], self.reach));
+            let asked = Asked { engine: self, rays, doubts: &doubts };
+            let shim_query = asked.query();
             let (ray, valid) = packet(rays);
             let hit = RTCHit8 {
                 geomID: [RTC_INVALID_GEOMETRY_ID; LANES],
@@ -55,14 +62,20 @@ impl Intersector for Embree {
                 ..Default::default()
             };
             let mut query = RTCRayHit8 { ray, hit };
-            // SAFETY: as in `closest_hit`; `Lanes` aligns the mask as the manual demands, and rays that
+            let mask = valid.0.as_ptr();
+            // SAFETY: as in `nearest`; `Lanes` aligns the mask as the manual demands, and rays that
             // did not pass the validation are masked out.
-            unsafe { telamon_intersect8(valid.0.as_ptr(), self.scene, &raw mut query, true) };
+            unsafe {
+                telamon_intersect8(mask, self.scene, &raw mut query, true, &raw const shim_query);
+            }
             let RTCRayHit8 { ray: end, hit } = query;
             for (lane, (ray, slot)) in rays.iter().zip(hits).enumerate() {
                 let numbers = [end.tfar[lane], hit.u[lane], hit.v[lane]];
                 let ids = [hit.geomID[lane], hit.primID[lane], hit.instID[0][lane]];
                 *slot = self.found(ray, ids, numbers);
+                if slot.is_some_and(|hit| !asked.counts(lane, hit.t, hit.shape, hit.primitive)) {
+                    *slot = self.closest_hit(ray);
+                }
             }
         }
         let rest = rays.len() / LANES * LANES;
@@ -77,9 +90,15 @@ impl Intersector for Embree {
         }
         let packets = rays.chunks_exact(LANES).zip(occluded.chunks_exact_mut(LANES));
         for (rays, occluded) in packets {
+            let doubts: [Doubt; LANES] = std::array::from_fn(|i| Doubt::new(&rays[i], self.reach));
+            let asked = Asked { engine: self, rays, doubts: &doubts };
+            let shim_query = asked.query();
             let (mut query, valid) = packet(rays);
+            let mask = valid.0.as_ptr();
             // SAFETY: as in `closest_hits`.
-            unsafe { telamon_occluded8(valid.0.as_ptr(), self.scene, &raw mut query, true) };
+            unsafe {
+                telamon_occluded8(mask, self.scene, &raw mut query, true, &raw const shim_query);
+            }
             for (t, slot) in query.tfar.iter().zip(occluded) {
                 *slot = *t == f32::NEG_INFINITY;
             }
@@ -98,6 +117,26 @@ impl Intersector for Embree {
 }
 
 impl Embree {
+    /// The nearest hit of a traceable ray from `t_min` on, whether the ray truly has it or not.
+    #[inline(always)]
+    fn nearest(&self, asked: &Asked<'_>, ray: &Ray, t_min: f32) -> Option<Hit> {
+        let hit = RTCHit {
+            geomID: RTC_INVALID_GEOMETRY_ID,
+            primID: RTC_INVALID_GEOMETRY_ID,
+            instID: [RTC_INVALID_GEOMETRY_ID],
+            ..Default::default()
+        };
+        let shim_query = asked.query();
+        let mut query = Query { ray: EmbreeRay::new(ray, t_min), hit };
+        let ray_hit = (&raw mut query).cast();
+        // SAFETY: the scene is committed; the query has the layout and the alignment asked for (asserted
+        // below), the ray passed the validation without which Embree's assertions would fail, and what the callbacks
+        // are given lives until the call returns.
+        unsafe { telamon_intersect1(self.scene, ray_hit, &raw const shim_query) };
+        let Query { ray: end, hit } = query;
+        self.found(ray, [hit.geomID, hit.primID, hit.instID[0]], [end.t_max, hit.u, hit.v])
+    }
+
     /// What a query found. Embree's own instances are not used: their place in a hit holds the member of ours,
     /// or nothing.
     fn found(
@@ -178,9 +217,9 @@ const _: () = {
 };
 
 impl EmbreeRay {
-    fn new(ray: &Ray) -> Self {
+    fn new(ray: &Ray, t_min: f32) -> Self {
         Self {
-            origin_and_t_min: ray.origin.extend(ray.t_min),
+            origin_and_t_min: ray.origin.extend(t_min),
             direction_and_time: ray.direction.extend(ray.time),
             t_max: end(ray),
             mask: u32::MAX,
@@ -212,6 +251,7 @@ fn packet(rays: &[Ray]) -> (RTCRay8, Lanes) {
         packet.tnear[lane] = ray.t_min;
         packet.tfar[lane] = end(ray);
         packet.time[lane] = ray.time;
+        packet.id[lane] = lane as u32;
         valid.0[lane] = -i32::from(ray.is_traceable());
     }
     (packet, valid)

@@ -10,9 +10,11 @@ use std::sync::Arc;
 use embree_sys::*;
 
 use super::Embree;
+use super::asked::Asked;
 use super::device::Device;
 use crate::intersect::Intersector;
 use crate::intersect::bvh::MovingTree;
+use crate::intersect::spurious::{Doubt, intersect_analytic};
 use crate::ray::{Hit, Ray};
 use crate::shape::{Geometry, Shape};
 
@@ -61,13 +63,13 @@ impl UserShape {
     }
 
     /// The nearest hit within the ray's segment, as a hit of the only shape.
-    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+    fn closest_hit(&self, ray: &Ray, doubt: Doubt) -> Option<Hit> {
         match (self.shape.geometry(), &self.group) {
             (Geometry::Analytic(analytic), _) => {
-                let (t, u, v) = analytic.intersect(ray)?;
+                let (t, u, v) = intersect_analytic(ray, analytic, doubt)?;
                 Some(Hit { t, u, v, shape: 0, primitive: 0, member: 0 })
             }
-            (Geometry::Deforming(_), _) => self.moving.as_ref()?.hit::<false>(ray),
+            (Geometry::Deforming(_), _) => self.moving.as_ref()?.hit::<false>(ray, doubt),
             (Geometry::Instance(instance), Some(group)) => {
                 instance.nearest(ray, |local| group.closest_hit(local))
             }
@@ -76,11 +78,11 @@ impl UserShape {
     }
 
     /// Whether anything lies within the ray's segment.
-    fn occluded(&self, ray: &Ray) -> bool {
+    fn occluded(&self, ray: &Ray, doubt: Doubt) -> bool {
         match (self.shape.geometry(), &self.group) {
-            (Geometry::Analytic(analytic), _) => analytic.intersect(ray).is_some(),
+            (Geometry::Analytic(analytic), _) => intersect_analytic(ray, analytic, doubt).is_some(),
             (Geometry::Deforming(_), _) => {
-                self.moving.as_ref().is_some_and(|tree| tree.hit::<true>(ray).is_some())
+                self.moving.as_ref().is_some_and(|tree| tree.hit::<true>(ray, doubt).is_some())
             }
             (Geometry::Instance(instance), Some(group)) => group.occluded(&instance.local(ray).ray),
             _ => false,
@@ -97,14 +99,16 @@ unsafe fn user_shape<'a>(user: *const c_void) -> &'a UserShape {
     unsafe { &*user.cast::<UserShape>() }
 }
 
-fn from_shim(ray: &ShimRay) -> Ray {
-    Ray {
-        origin: ray.origin.into(),
-        direction: ray.direction.into(),
-        t_min: ray.t_min,
-        t_max: ray.t_max,
-        time: ray.time,
-    }
+/// The ray that was asked about, up to what was found so far.
+///
+/// # Safety
+/// `ray` is the shim's, during a query of [`Embree`].
+unsafe fn asked(ray: *const ShimRay) -> (Ray, Doubt) {
+    // SAFETY: the shim passes a ray of its own, valid during the call.
+    let ShimRay { t_min, t_max, id, user, .. } = unsafe { *ray };
+    // SAFETY: every query comes with what was asked.
+    let asked = unsafe { Asked::from_user(user) };
+    (Ray { t_min, t_max, ..asked.rays[id as usize] }, asked.doubts[id as usize])
 }
 
 unsafe extern "C" fn bounds(user: *const c_void, _: u32, _: u32, out: *mut RTCBounds) {
@@ -124,10 +128,10 @@ unsafe extern "C" fn intersect(
     ray: *const ShimRay,
     hit: *mut ShimHit,
 ) -> bool {
-    // SAFETY: the shim passes a ray of its own, valid during the call.
-    let ray = from_shim(unsafe { &*ray });
+    // SAFETY: called by the shim in a query.
+    let (ray, doubt) = unsafe { asked(ray) };
     // SAFETY: as in `bounds`.
-    let Some(found) = unsafe { user_shape(user) }.closest_hit(&ray) else {
+    let Some(found) = unsafe { user_shape(user) }.closest_hit(&ray, doubt) else {
         return false;
     };
     // The normal is rebuilt by the shape; nobody reads this one.
@@ -140,7 +144,7 @@ unsafe extern "C" fn intersect(
 
 unsafe extern "C" fn occluded(user: *const c_void, _: u32, ray: *const ShimRay) -> bool {
     // SAFETY: as in `intersect`.
-    let ray = from_shim(unsafe { &*ray });
+    let (ray, doubt) = unsafe { asked(ray) };
     // SAFETY: as in `bounds`.
-    unsafe { user_shape(user) }.occluded(&ray)
+    unsafe { user_shape(user) }.occluded(&ray, doubt)
 }

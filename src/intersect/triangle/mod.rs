@@ -23,6 +23,12 @@ pub(super) type Corners8 = [[F32x8; 3]; 3];
 /// Corners of one triangle.
 pub(super) type Corners = [[f32; 3]; 3];
 
+/// The same corners, exactly.
+#[inline(always)]
+pub(super) fn in_f64(corners: &Corners) -> [DVec3; 3] {
+    corners.map(|corner| Vec3::from(corner).as_dvec3())
+}
+
 /// Distance and the barycentric weights of the second and third corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TriangleHit {
@@ -63,7 +69,7 @@ struct Solution {
 impl Solution {
     #[inline(always)]
     fn new(ray: &Ray, corners: &Corners) -> Self {
-        let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
+        let [a, b, c] = in_f64(corners);
         let (origin, direction): (DVec3, DVec3) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let (edge_1, edge_2) = (b - a, c - a);
         let p = direction.cross(edge_2);

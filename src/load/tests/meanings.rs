@@ -44,7 +44,7 @@ fn spectra_become_colours() {
         let loaded = load(&text).unwrap_or_else(|e| panic!("{text}\n{e}"));
         let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
         let scene = loaded.description.scene;
-        let sight = Sight { from: Vec3A::ZERO, direction: Vec3A::Z, surface: None };
+        let sight = Sight { from: DVec3::ZERO, direction: Vec3A::Z, surface: None };
         let (_, sky) = scene.environment().expect("there is one");
         (albedo(&scene, 0), sky.radiance(&sight), warnings)
     };

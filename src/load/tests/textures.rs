@@ -282,7 +282,7 @@ fn environments_are_those_of_mitsuba() {
         let more = format!("<float name='scale' value='2'/>{more}");
         let loaded = folder.load_text(&environment("t8.png", &more)).expect("valid");
         let (_, sky) = loaded.description.scene.environment().expect("there is one");
-        let from = Vec3A::ZERO;
+        let from = glam::DVec3::ZERO;
         let found = sky.radiance(&Sight { from, direction: direction.into(), surface: None });
         let off = (found - Vec3A::from(expected)).abs().max_element();
         // Mitsuba's angles are f32, whose error is stretched by the slope of the picture.

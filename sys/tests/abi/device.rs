@@ -44,6 +44,7 @@ fn c_and_rust_agree_on_layouts() {
     assert_eq!(c.bounds, size_of::<RTCBounds>());
     assert_eq!(c.shim_ray, size_of::<ShimRay>());
     assert_eq!(c.shim_hit, size_of::<ShimHit>());
+    assert_eq!(c.shim_query, size_of::<ShimQuery>());
     assert_eq!(c.shim_user_geometry, size_of::<ShimUserGeometry>());
 }
 

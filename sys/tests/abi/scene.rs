@@ -31,13 +31,13 @@ impl Scene {
     pub(crate) fn intersect1(&self, ray: RTCRay) -> RTCRayHit {
         let mut rayhit = RTCRayHit { ray, hit: no_hit() };
         // SAFETY: the scene is committed, and `rayhit` has the type, hence the alignment, asked for.
-        unsafe { telamon_intersect1(self.scene, &raw mut rayhit) };
+        unsafe { telamon_intersect1(self.scene, &raw mut rayhit, ptr::null()) };
         rayhit
     }
 
     pub(crate) fn occluded1(&self, mut ray: RTCRay) -> bool {
         // SAFETY: as in `intersect1`.
-        unsafe { telamon_occluded1(self.scene, &raw mut ray) };
+        unsafe { telamon_occluded1(self.scene, &raw mut ray, ptr::null()) };
         ray.tfar == f32::NEG_INFINITY
     }
 
@@ -50,7 +50,9 @@ impl Scene {
         let mut rayhit = RTCRayHit8 { ray, hit };
         let valid = Mask(*valid);
         // SAFETY: as in `intersect1`; `Mask` aligns the eight lanes as the manual demands.
-        unsafe { telamon_intersect8(valid.0.as_ptr(), self.scene, &raw mut rayhit, coherent) };
+        unsafe {
+            telamon_intersect8(valid.0.as_ptr(), self.scene, &raw mut rayhit, coherent, ptr::null())
+        };
         rayhit
     }
 
@@ -62,7 +64,9 @@ impl Scene {
     ) -> [bool; 8] {
         let valid = Mask(*valid);
         // SAFETY: as in `intersect8`.
-        unsafe { telamon_occluded8(valid.0.as_ptr(), self.scene, &raw mut ray, coherent) };
+        unsafe {
+            telamon_occluded8(valid.0.as_ptr(), self.scene, &raw mut ray, coherent, ptr::null())
+        };
         ray.tfar.map(|t| t == f32::NEG_INFINITY)
     }
 }
