@@ -9,6 +9,7 @@ mod support;
 mod camera_film;
 mod closed;
 mod directions;
+mod enclosed;
 mod furnaces;
 mod invariants;
 mod leaving;
@@ -16,6 +17,7 @@ mod lights;
 mod limits;
 mod queries;
 mod replay;
+mod starts;
 
 /// Half the spacing of f32 at 1: the largest relative error of one rounding.
 const ULP: f32 = f32::EPSILON / 2.0;
