@@ -15,6 +15,7 @@ use telamon::measure::record::{Origin, Record, ReferenceOrigin};
 use telamon::measure::store::{Store, load_image};
 use telamon::measure::summary::Findings;
 use telamon::measure::{Image, crops, report};
+use telamon::memory::{Limits, OutOfMemory};
 use telamon::scene::Description;
 use telamon::scene::settings::Crop;
 
@@ -135,6 +136,24 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
+/// Asks for the memory of a film with its picture, and of all engines, which are there at the same time.
+fn claim(
+    limits: &Limits,
+    description: &Description,
+    settings: &[&Setting],
+) -> Result<(), OutOfMemory> {
+    limits.claim(telamon::render::bytes(description))?;
+    let shapes = description.scene.shapes();
+    let mut accels: Vec<_> = Vec::new();
+    for accel in settings.iter().map(|setting| setting.accel) {
+        if !accels.contains(&accel) {
+            accels.push(accel);
+            limits.claim(accel.estimated_bytes(&shapes))?;
+        }
+    }
+    Ok(())
+}
+
 /// What is measured, and how.
 struct Experiment {
     base: Setting,
@@ -146,7 +165,8 @@ struct Experiment {
 impl Arguments {
     pub(super) fn run(&self) -> Result<Ending, Failure> {
         let accel = self.input.accel();
-        let mut description = self.input.load()?.description;
+        let limits = self.input.resources.limits();
+        let mut description = self.input.load(&limits)?.description;
         if let Some(Size { width, height }) = self.size {
             description.resize(width, height)?;
         }
@@ -162,6 +182,7 @@ impl Arguments {
         let cancel = interrupt::watch()?;
         let settings = experiment.candidates.iter().map(|c| &c.setting);
         let settings: Vec<&Setting> = settings.chain([&experiment.base]).collect();
+        claim(&limits, &description, &settings)?;
         let mut bench = Bench::new(description, settings, &ProcessMemory)?;
         experiment.record.engines = bench.engines();
         let Some(reference) = self.reference(&mut bench, &experiment, &cancel)? else {

@@ -10,6 +10,7 @@ use telamon::film::output::{OutputError, check_writable};
 use telamon::intersect::{self, Accel};
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
 use telamon::load::{LoadOptions, load_scene};
+use telamon::memory::Limits;
 use telamon::parity::{
     self, Budget, Contender, Generated, RaySource, RecordWriter, Recorded, View,
 };
@@ -17,7 +18,7 @@ use telamon::shape::Shape;
 
 use super::message::{self, Failure, warn};
 use super::progress::{Bar, millions_per_second};
-use super::{Ending, interrupt, print, values};
+use super::{Ending, Resources, interrupt, print, values};
 
 /// Fire the same rays through all engines and settle where they disagree
 #[derive(Args, Debug)]
@@ -40,6 +41,9 @@ pub(super) struct Arguments {
         help_heading = "Input"
     )]
     defines: Vec<(String, String)>,
+
+    #[command(flatten)]
+    resources: Resources,
 
     /// Engine with its modes, such as rust,triangle=plain; may be repeated [default: each engine, and
     /// each of its modes in turn]
@@ -120,13 +124,15 @@ impl Arguments {
     }
 
     fn compare(&self) -> Result<Ending, Failure> {
-        let Subject { shapes, view } = self.load()?;
+        let limits = self.resources.limits();
+        let Subject { shapes, view } = self.load(&limits)?;
         let rays: Box<dyn RaySource> = match &self.replay {
             Some(path) => Box::new(Recorded::read(path)?),
             None => Box::new(Generated::new(&shapes, view, self.seed, self.rays)),
         };
         let accels =
             if self.engines.is_empty() { parity::every_mode() } else { self.engines.clone() };
+        accels.iter().try_for_each(|accel| limits.claim(accel.estimated_bytes(&shapes)))?;
         let build = |&accel: &Accel| intersect::build(accel, &shapes);
         let engines = accels.iter().map(build).collect::<Result<Vec<_>, _>>()?;
         let contenders: Vec<_> = engines
@@ -176,20 +182,20 @@ impl Arguments {
     }
 
     /// Which reader a file wants is said by its name, a last `.gz` aside.
-    fn load(&self) -> Result<Subject, Failure> {
+    fn load(&self, limits: &Limits) -> Result<Subject, Failure> {
         let name = self.input.to_string_lossy().to_lowercase();
         let name = name.strip_suffix(".gz").unwrap_or(&name);
         let is_mesh = [".obj", ".ply"].iter().any(|extension| name.ends_with(extension));
         if is_mesh && !self.defines.is_empty() {
             warn("`--define` changes nothing: it is for scene files, and this is a mesh");
         }
-        let options = MeshOptions::default();
+        let options = MeshOptions { limits: limits.clone(), ..MeshOptions::default() };
         if name.ends_with(".obj") {
             Ok(self.mesh(load_obj(&self.input, &options)?))
         } else if name.ends_with(".ply") {
             Ok(self.mesh(load_ply(&self.input, &options)?))
         } else {
-            let options = LoadOptions { defines: self.defines.clone() };
+            let options = LoadOptions { defines: self.defines.clone(), limits: limits.clone() };
             let loaded = load_scene(&self.input, &options).map_err(|e| Failure::of_scene(&e))?;
             message::warn_of_scene(&loaded.warnings);
             let description = loaded.description;

@@ -115,6 +115,17 @@ pub(super) fn stops(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A number of bytes, or of binary multiples: `512M`, `16G`.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let units = [('k', 10), ('K', 10), ('M', 20), ('G', 30), ('T', 40)];
+    let unit = units.iter().find_map(|&(unit, shift)| Some((text.strip_suffix(unit)?, shift)));
+    let (number, shift) = unit.unwrap_or((text, 0));
+    match number.parse::<u64>().ok().and_then(|n| n.checked_mul(1 << shift)) {
+        Some(bytes) if bytes > 0 => Ok(bytes),
+        _ => Err("expected a number of bytes such as 512M or 16G".to_owned()),
+    }
+}
+
 /// As `sleep` has it: seconds, or a number with a unit.
 pub(super) fn time(text: &str) -> Result<Duration, String> {
     let (number, unit) = match text.strip_suffix(['s', 'm', 'h']) {
@@ -215,6 +226,16 @@ mod tests {
         assert_eq!(stops("-1.5"), Ok(-1.5));
         for bad in ["", "x", "NaN", "inf", "128"] {
             assert!(stops(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        for (text, value) in [("1", 1), ("512M", 512 << 20), ("3k", 3072), ("2T", 2 << 40)] {
+            assert_eq!(bytes(text), Ok(value), "{text}");
+        }
+        for bad in ["", "0", "M", "1.5G", "-1", "1GB", "99999999999T"] {
+            assert!(bytes(bad).is_err(), "{bad}");
         }
     }
 }

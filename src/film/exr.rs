@@ -10,8 +10,9 @@ use exr::prelude::{
     SmallVec, Text, Vec2, WritableImage, f16,
 };
 
+use super::atomic_file::write_atomically;
 use super::error::Estimate;
-use super::output::{OutputError, Report, check_shape, write_atomically};
+use super::output::{OutputError, Report, check_shape};
 use super::picture::{Channel, Picture, Values};
 use crate::scene::settings::ComponentFormat;
 

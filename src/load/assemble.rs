@@ -17,6 +17,7 @@ use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::Camera;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
+use crate::memory::Limits;
 use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
 use crate::scene::{CameraMotion, Description, Object as SceneObject, Scene};
 use crate::shape::Group;
@@ -30,8 +31,13 @@ pub(super) struct Notes {
 }
 
 /// The description of a graph that passed the check; `None` if issues were noted.
-pub(super) fn assemble(graph: &Graph, sources: &Sources, notes: &mut Notes) -> Option<Description> {
-    let context = Context::new(graph, sources);
+pub(super) fn assemble(
+    graph: &Graph,
+    sources: &Sources,
+    limits: &Limits,
+    notes: &mut Notes,
+) -> Option<Description> {
+    let context = Context::new(graph, sources, limits);
     let description = describe(graph, &context, notes);
     notes.warnings.append(&mut context.into_warnings());
     description
@@ -70,6 +76,7 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
     let integrator = settings.unwrap_or_else(|| IntegratorSettings::Path(Default::default()));
     let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
         .expect("indices were handed out with the parts");
+    notes.warnings.extend(darkness(&scene, &integrator, root.place));
     Some(Description {
         scene,
         camera,
@@ -309,6 +316,26 @@ impl Parts {
         }
         environment
     }
+}
+
+/// A warning if nothing in a scene emits and the integrator shows light.
+fn darkness(scene: &Scene, integrator: &IntegratorSettings, place: Place) -> Option<Issue> {
+    let shows_light = match integrator {
+        IntegratorSettings::Aov { picture, .. } => picture.as_deref(),
+        other => Some(other),
+    };
+    if matches!(shows_light, None | Some(IntegratorSettings::AmbientOcclusion { .. })) {
+        return None;
+    }
+    let message = match scene.emitters() {
+        [] => "the scene has no light, so its picture will be black",
+        lights if lights.iter().all(|light| light.power() == Some(0.0)) => {
+            "the lights of the scene are all black, and so its picture will be"
+        }
+        _ => return None,
+    };
+    let help = "light it, for instance from all sides by <emitter type=\"constant\"/>";
+    Some(Issue::new(place, message).with_help(help))
 }
 
 fn precision_warnings(object: &Object<'_>, built: &BuiltShape) -> Vec<Issue> {

@@ -10,11 +10,14 @@ use super::properties::{Context, Object};
 use super::spectrum::{Role, Spectrum};
 use super::values::Value;
 use super::{indices, metals};
+use crate::memory::Limits;
 
 /// Reports everything in which the objects deviate from the table.
 pub(super) fn check(graph: &Graph, sources: &Sources, notes: &mut Notes) {
     let Notes { issues, warnings } = notes;
-    let context = Context::new(graph, sources);
+    // Files are looked for here, and not loaded.
+    let limits = Limits::default();
+    let context = Context::new(graph, sources, &limits);
     for (index, node) in graph.nodes.iter().enumerate() {
         if let Some(object) = Object::new(&context, index) {
             check_files(&object, node, issues);
@@ -218,6 +221,24 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
         Some(Issue::new(property.value_place, message))
     };
     let wrong_kind = || complain(format!("is {}", value.describe()));
+    // Says where the range ends that the number leaves, even where nobody is likely to come so far.
+    let out_of_range = |wrong: String, number: f64| {
+        let range = match info.kind {
+            Kind::Integer(min, max) if number > min as f64 => {
+                format!("integer from {min} to {max}")
+            }
+            Kind::Integer(..) => info.kind.to_string(),
+            kind if number.abs() > f64::from(f32::MAX) => {
+                format!("{kind}, and not beyond {:e}", f32::MAX)
+            }
+            kind if number > 0.0 && number as f32 == 0.0 => {
+                format!("{kind}, and at least {:e}", f32::from_bits(1))
+            }
+            kind => kind.to_string(),
+        };
+        let message = format!("`{}` {wrong} (expected: {range})", property.name);
+        Some(Issue::new(property.value_place, message))
+    };
     match (info.kind, value) {
         (Kind::Boolean, Value::Boolean(_))
         | (Kind::Text | Kind::File, Value::Text(_))
@@ -228,7 +249,7 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
             if (min..=max).contains(v) {
                 None
             } else {
-                complain(format!("is {v}"))
+                out_of_range(format!("is {v}"), *v as f64)
             }
         }
         (Kind::RefractiveIndex, Value::Text(name)) => indices::find(name)
@@ -242,12 +263,12 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
         }
         (Kind::Float(bounds), _) => match number(value) {
             Some(v) if bounds.contain(v) => None,
-            Some(v) => complain(format!("is {v}")),
+            Some(v) => out_of_range(format!("is {v}"), v),
             None => wrong_kind(),
         },
         (Kind::RefractiveIndex, _) => match number(value) {
             Some(v) if plugins::Bounds::Positive.contain(v) => None,
-            Some(v) => complain(format!("is {v}")),
+            Some(v) => out_of_range(format!("is {v}"), v),
             None => wrong_kind(),
         },
         (Kind::Rgb(bounds) | Kind::RgbTexture(bounds) | Kind::FloatTexture(bounds), _) => {
@@ -258,8 +279,8 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
             };
             let outside = channels.into_iter().find(|&v| !bounds.contain(v));
             outside.and_then(|v| match value {
-                Value::Rgb(_) => complain(format!("has a channel of {v}")),
-                _ => complain(format!("is {v}")),
+                Value::Rgb(_) => out_of_range(format!("has a channel of {v}"), v),
+                _ => out_of_range(format!("is {v}"), v),
             })
         }
         _ => wrong_kind(),

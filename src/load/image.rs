@@ -5,8 +5,11 @@ use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-use image::{ColorType, DynamicImage, ImageError, ImageFormat, ImageReader};
+use image::{ColorType, DynamicImage, ImageFormat, ImageReader};
 
+use super::image_size::{self, Size};
+use crate::film::exr_size::promised_bytes;
+use crate::memory::Limits;
 use crate::texture::Image;
 use crate::texture::image::Texels;
 
@@ -14,9 +17,11 @@ use crate::texture::image::Texels;
 ///
 /// # Errors
 /// What is wrong with the file: a fragment.
-pub(super) fn load(path: &Path) -> Result<Image, String> {
+pub(super) fn load(path: &Path, limits: &Limits) -> Result<Image, String> {
     let bytes = fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    let claim = |bytes| limits.claim(bytes).map_err(|error| format!("is too large: {error}"));
     let image = if bytes.starts_with(&EXR_MAGIC) {
+        claim(promised_bytes(&bytes).map_err(|error| error.to_string())?)?;
         openexr(&bytes)?
     } else {
         match image::guess_format(&bytes) {
@@ -25,7 +30,11 @@ pub(super) fn load(path: &Path) -> Result<Image, String> {
                 | ImageFormat::Jpeg
                 | ImageFormat::Bmp
                 | ImageFormat::Hdr),
-            ) => other(&bytes, format)?,
+            ) => {
+                let size = image_size::checked(&bytes, format)?;
+                claim(size.pixels())?;
+                other(&bytes, format, size)?
+            }
             _ => {
                 return Err(
                     "is no image in a known format (expected PNG, JPEG, BMP, OpenEXR or HDR)"
@@ -43,6 +52,12 @@ pub(super) fn load(path: &Path) -> Result<Image, String> {
 /// The first bytes of OpenEXR files.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
+/// Bytes that decoding takes for a pixel at most: four floats, and what they are decoded from.
+const LARGEST_PIXEL: u64 = 32;
+
+/// Bytes that it takes besides.
+const SPARE: u64 = 1 << 22;
+
 fn all_finite(texels: &Texels) -> bool {
     match texels {
         Texels::Unorm8(_) | Texels::Unorm16(_) => true,
@@ -51,13 +66,13 @@ fn all_finite(texels: &Texels) -> bool {
     }
 }
 
-fn other(bytes: &[u8], format: ImageFormat) -> Result<Image, String> {
-    let mut reader = ImageReader::new(Cursor::new(bytes));
-    reader.set_format(format);
-    let picture = reader.decode().map_err(|error| match error {
-        ImageError::Limits(_) => "is too large".to_owned(),
-        error => format!("cannot be decoded: {error}"),
-    })?;
+fn other(bytes: &[u8], format: ImageFormat, size: Size) -> Result<Image, String> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    // What else is in a file, such as a colour profile, may be compressed as well.
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(size.pixels() * LARGEST_PIXEL + SPARE);
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|error| format!("cannot be decoded: {error}"))?;
     let (width, height) = (picture.width(), picture.height());
     let grey = !picture.color().has_color();
     let (channels, texels) = match picture.color() {

@@ -9,6 +9,7 @@
 
 use std::path::Path;
 
+use crate::memory::Limits;
 use crate::scene::Description;
 
 mod assemble;
@@ -21,6 +22,7 @@ mod expand;
 mod film;
 mod graph;
 mod image;
+mod image_size;
 mod indices;
 mod integrator;
 pub mod mesh;
@@ -53,10 +55,12 @@ use problem::Issue;
 use substitute::Parameters;
 
 /// What the user adds to a scene file.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// Values of parameters, by name: they replace `$name` and win over `<default>`.
     pub defines: Vec<(String, String)>,
+    /// What meshes and images may take.
+    pub limits: Limits,
 }
 
 /// A scene that was loaded.
@@ -113,7 +117,7 @@ fn load(
     let graph = graph::build(&root, incomplete, &mut notes.issues);
     check::check(&graph, &sources, &mut notes);
     fail_on_issues(&notes)?;
-    let description = assemble::assemble(&graph, &sources, &mut notes);
+    let description = assemble::assemble(&graph, &sources, &options.limits, &mut notes);
     fail_on_issues(&notes)?;
     Ok(Loaded {
         description: description.expect("a scene without issues is complete"),

@@ -14,6 +14,7 @@ use super::plugins::{self, Build, Category, Default, Kind, Plugin};
 use super::problem::Issue;
 use super::values::Value;
 use crate::math::{Motion, Rgb};
+use crate::memory::Limits;
 use crate::texture::{Image, Texture, Textured};
 
 /// An image, or what is wrong with its file.
@@ -24,6 +25,7 @@ type Decoded = Result<Arc<Image>, String>;
 pub(super) struct Context<'a> {
     graph: &'a Graph,
     sources: &'a Sources,
+    limits: &'a Limits,
     /// Images by their files, each decoded once.
     images: Mutex<HashMap<PathBuf, Arc<OnceLock<Decoded>>>>,
     /// Textures by their objects.
@@ -32,10 +34,11 @@ pub(super) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    pub(super) fn new(graph: &'a Graph, sources: &'a Sources) -> Self {
+    pub(super) fn new(graph: &'a Graph, sources: &'a Sources, limits: &'a Limits) -> Self {
         Self {
             graph,
             sources,
+            limits,
             images: Mutex::default(),
             textures: Mutex::default(),
             warnings: Mutex::default(),
@@ -125,6 +128,11 @@ impl<'a> Object<'a> {
     /// Where the value of a property stands, or else the object.
     pub(super) fn place_of(&self, name: &str) -> Place {
         self.given(name).map_or(self.place(), |p| p.value_place)
+    }
+
+    /// What its files may take.
+    pub(super) fn limits(&self) -> &'a Limits {
+        self.context.limits
     }
 
     /// When the shutter opens and closes.
@@ -328,7 +336,7 @@ impl<'a> Object<'a> {
         let path = self.file(name)?;
         let once = Arc::clone(lock(&self.context.images).entry(path.clone()).or_default());
         // Decoded outside of the lock; who comes second waits for this file alone.
-        let image = once.get_or_init(|| image::load(&path).map(Arc::new));
+        let image = once.get_or_init(|| image::load(&path, self.context.limits).map(Arc::new));
         image.clone().map_err(|message| {
             Issue::new(self.place_of(name), format!("{} {message}", path.display()))
         })

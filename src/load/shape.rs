@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::mesh::{LoadedMesh, MeshFileError, MeshOptions, load_obj, load_ply, load_serialized};
+use super::mesh::{
+    LoadedMesh, MeshFileError, MeshOptions, MeshProblem, load_obj, load_ply, load_serialized,
+};
 use super::plugins::{
     Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
 };
@@ -235,9 +237,13 @@ fn from_file(
         face_normals: object.boolean("face_normals"),
         flip_normals: object.boolean("flip_normals"),
         flip_tex_coords: turns_uvs && object.boolean("flip_tex_coords"),
+        limits: object.limits().clone(),
     };
     let loaded = load(&path, &options).map_err(|error| {
         let issue = Issue::new(object.place_of("filename"), error.to_string());
+        if let MeshProblem::Unpacked { .. } = error.problem() {
+            return issue.with_help("`--max-unpacked` raises the limit");
+        }
         match (error.source_line(), error.column()) {
             (Some(line), Some(_)) => issue.with_help(format!("the line is `{line}`")),
             _ => issue,
@@ -281,7 +287,11 @@ fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     if !(radius > 0.0 && radius.is_finite()) {
         return Err(Issue::new(
             object.place(),
-            format!("a sphere cannot have a radius of {radius}"),
+            format!(
+                "a sphere cannot have a radius of {radius} (expected: {:e} to {:e}, after `to_world`)",
+                f32::from_bits(1),
+                f32::MAX
+            ),
         ));
     }
     // A map that mirrors turns the normals, as in Mitsuba.

@@ -16,6 +16,17 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
+    /// Bytes of a vertex with these attributes.
+    pub(super) fn vertex_bytes(has_normals: bool, has_uvs: bool) -> u64 {
+        let if_kept = |kept, size| if kept { size } else { 0 };
+        (size_of::<Vec3A>()
+            + if_kept(has_normals, size_of::<Vec3>())
+            + if_kept(has_uvs, size_of::<Vec2>())) as u64
+    }
+
+    /// Bytes of a triangle.
+    pub(super) const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
+
     /// Adds a piece at the end. Its triangles already have the indices of the whole mesh.
     pub(super) fn append(&mut self, piece: &Self) {
         self.positions.extend_from_slice(&piece.positions);

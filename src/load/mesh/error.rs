@@ -4,7 +4,8 @@ use std::fmt;
 use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
-use super::source::Source;
+use super::source::{Source, Unpacked};
+use crate::memory::{Limits, OutOfMemory, readable};
 use crate::shape::mesh::MeshError;
 
 /// Longest piece of a file that an error shows, in bytes.
@@ -202,6 +203,17 @@ pub enum MeshProblem {
     /// A file with more in it than its header says.
     #[error("the file goes on after the last element that its header declares")]
     TrailingData,
+    /// A compressed file that holds more than it may.
+    #[error("a compressed file of {} unpacks to more than {}", readable(*.stored), readable(*.limit))]
+    Unpacked {
+        /// Bytes of the file.
+        stored: u64,
+        /// Bytes that it may unpack to.
+        limit: u64,
+    },
+    /// More than there is memory for.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// More than a mesh can hold.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -274,7 +286,10 @@ impl From<MeshProblem> for Fault {
 
 impl From<io::Error> for Fault {
     fn from(error: io::Error) -> Self {
-        MeshProblem::from(error).into()
+        match error.get_ref().and_then(|inner| inner.downcast_ref()) {
+            Some(&Unpacked { stored, limit }) => MeshProblem::Unpacked { stored, limit }.into(),
+            None => MeshProblem::from(error).into(),
+        }
     }
 }
 
@@ -295,7 +310,7 @@ pub(super) fn excerpt(bytes: &[u8]) -> String {
 }
 
 fn read_line(path: &Path, line: u64) -> io::Result<String> {
-    let mut source = Source::open(path)?;
+    let mut source = Source::open(path, &Limits::default())?;
     for _ in 1..line {
         source.reader.skip_until(b'\n')?;
     }

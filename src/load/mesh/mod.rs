@@ -24,10 +24,11 @@ pub use error::{MeshFileError, MeshProblem};
 
 use self::error::Fault;
 use super::precision;
+use crate::memory::Limits;
 use crate::shape::mesh::{Dropped, TriangleMesh};
 
 /// How a file's mesh is put into the world.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct MeshOptions {
     /// From the file's coordinates to the world's. Positions are transformed in f64 and rounded
     /// once; normals go with the inverse transpose. A mirroring transform leaves the winding as it
@@ -40,6 +41,8 @@ pub struct MeshOptions {
     /// Read the texture coordinate v as 1 - v (Mitsuba 3 does so for OBJ unless told otherwise, and
     /// not for PLY).
     pub flip_tex_coords: bool,
+    /// What the mesh may take, and what a compressed file may unpack to.
+    pub limits: Limits,
 }
 
 /// What a mesh file held.

@@ -18,8 +18,13 @@ use super::source::Source;
 use super::text::{self, Cursor, TextFormat};
 use super::{LoadedMesh, MeshOptions};
 
+/// A mesh takes at least this part of what its text does: the corner `12345678/12345678/12345678` takes 4
+/// bytes.
+const TEXT_TO_MEMORY: u64 = 8;
+
 pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
-    let mut source = Source::open(path)?;
+    let mut source = Source::open(path, &options.limits)?;
+    source.claim(source.stored() / TEXT_TO_MEMORY)?;
     let mut obj = Obj {
         placement: Placement::new(options),
         face_normals: options.face_normals,

@@ -18,11 +18,11 @@ use super::source::Source;
 use super::{LoadedMesh, MeshOptions};
 
 pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
-    let mut source = Source::open(path)?;
+    let mut source = Source::open(path, &options.limits)?;
     let header = Header::read(&mut source.reader)?;
     let records = Records::new(&header, options.face_normals, Placement::new(options))?;
     let mut buffers = Buffers::default();
-    records.reserve(&source, &mut buffers);
+    records.reserve(&source, &mut buffers)?;
     match header.encoding {
         Encoding::Ascii => ascii::read(&mut source, header.lines, &records, &mut buffers)?,
         Encoding::Binary { big_endian } => {

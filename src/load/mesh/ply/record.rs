@@ -91,7 +91,16 @@ impl<'a> Records<'a> {
     }
 
     /// Makes room for what the header declares, as far as the file can hold it.
-    pub(super) fn reserve(&self, source: &Source, buffers: &mut Buffers) {
+    pub(super) fn reserve(&self, source: &Source, buffers: &mut Buffers) -> Result<(), Fault> {
+        for (element, role) in &self.elements {
+            let bytes = match role {
+                Role::Vertex(_) => Buffers::vertex_bytes(self.has_normals, self.has_uvs),
+                Role::Face(_) => Buffers::TRIANGLE_BYTES,
+                Role::Skip => 0,
+            };
+            let count = source.possible(element.count, self.least_bytes(element));
+            source.claim(count.saturating_mul(bytes))?;
+        }
         for (element, role) in &self.elements {
             let count = source.plausible(element.count, self.least_bytes(element));
             match role {
@@ -104,6 +113,7 @@ impl<'a> Records<'a> {
                 Role::Skip => {}
             }
         }
+        Ok(())
     }
 
     /// How few bytes a record can take: in text a digit and a separator for each value.
