@@ -187,3 +187,21 @@ fn links_stay_and_what_killed_runs_left_goes() {
     assert_eq!(folder.names(), ["a.exr", "c.exr", "far"]);
     assert_eq!(fs::read_dir(folder.path("far")).expect("there").count(), 1);
 }
+
+/// The line that is too long for Miette has an error in it, and so do its neighbours.
+#[test]
+fn an_error_at_any_column_is_shown() {
+    for width in [100, 65_500, 65_536, 70_000, 200_000] {
+        let filler = "é\t".repeat(width / 2);
+        let folder = Folder::with_scene(&format!(
+            "<scene version=\"3.0.0\"><!--{filler}--><shape type=\"shpere\"/></scene>"
+        ));
+        let told = folder.fail("render scene.xml", 1);
+        assert!(
+            told.starts_with("error: shape `shpere` is not supported (did you mean `sphere`?)")
+        );
+        let column = 44 + width;
+        assert!(told.contains(&format!("[scene.xml:1:{column}]")), "{column}: {told}");
+        assert!(told.len() < 2000, "{}", told.len());
+    }
+}

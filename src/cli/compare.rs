@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use telamon::film::exr::{Metadata, write_exr};
-use telamon::film::output::{FileFormat, check_writable};
-use telamon::film::png::write_png;
+use telamon::film::exr::Metadata;
+use telamon::film::output::check_writable;
 use telamon::film::read::{read_exr, sampler};
 use telamon::measure::false_color::{false_color, side_by_side};
 use telamon::measure::{Image, Metrics, ZTest};
@@ -13,9 +12,9 @@ use telamon::scene::settings::SamplerKind;
 
 use super::definitions::METRICS;
 use super::message::{Failure, warn};
-use super::print;
 use super::table::table;
 use super::values::{self, Output};
+use super::{Ending, picture, print};
 
 const HELP: &str = "Without --reference, B is the reference of A.\n\n\
                     Example: telamon compare a.exr b.exr --reference truth.exr -o difference.png";
@@ -53,7 +52,7 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<(), Failure> {
+    pub(super) fn run(&self) -> Result<Ending, Failure> {
         if let Some(output) = &self.output {
             check_writable(&output.path)?;
         }
@@ -89,7 +88,7 @@ impl Arguments {
         print((text + &z_test.map_or(String::new(), |z| verdict(&z, exact))).as_bytes())?;
         match &self.output {
             Some(output) => write(output, &shown),
-            None => Ok(()),
+            None => Ok(Ending::Done),
         }
     }
 }
@@ -202,18 +201,12 @@ fn verdict(z: &ZTest, exact: &str) -> String {
     )
 }
 
-fn write(output: &Output, shown: &[Image]) -> Result<(), Failure> {
+/// Writes the picture, wherever it can go.
+fn write(output: &Output, shown: &[Image]) -> Result<Ending, Failure> {
     let image = match shown {
         [left, right] => &side_by_side(left, right),
         _ => &shown[0],
     };
-    let picture = image.to_picture(1);
-    let report = match output.format {
-        FileFormat::Exr => write_exr(&output.path, &picture, &Metadata::default())?,
-        FileFormat::Png => write_png(&output.path, &picture, 0.0)?,
-    };
-    if !report.is_clean() {
-        warn(format!("{}: {report}", output.path.display()));
-    }
-    Ok(())
+    let place = picture::write(output, &image.to_picture(1), &Metadata::default(), 0.0)?;
+    Ok(if place == output.path { Ending::Done } else { Ending::Elsewhere })
 }

@@ -154,12 +154,26 @@ fn claim(
     Ok(())
 }
 
+/// Writes all runs so far; from now on into the folder for temporary files, with a warning, if their own is
+/// gone or full. Whether that is so is returned.
+fn save(store: &mut Store, record: &Record) -> Result<bool, Failure> {
+    let Err(error) = store.save(record) else { return Ok(false) };
+    let folder = std::env::temp_dir().join(format!("telamon-measure-{}", std::process::id()));
+    let other = Store::open(&folder).and_then(|other| other.save(record).map(|()| other));
+    let Ok(other) = other else { return Err(error.into()) };
+    warn(format!("{error}; the measurements are in `{}`", folder.display()));
+    *store = other;
+    Ok(true)
+}
+
 /// What is measured, and how.
 struct Experiment {
     base: Setting,
     candidates: Vec<Candidate>,
     record: Record,
     store: Option<Store>,
+    /// Whether the measurements are in another folder than they should be.
+    elsewhere: bool,
 }
 
 impl Arguments {
@@ -191,7 +205,11 @@ impl Arguments {
         self.measure(&mut bench, &mut experiment, &reference, &cancel)?;
         self.conclude(&mut bench, &experiment, &reference, &cancel)?;
         let interrupted = cancel.load(Ordering::Relaxed);
-        Ok(if interrupted { Ending::Interrupted } else { Ending::Done })
+        Ok(match (experiment.elsewhere, interrupted) {
+            (true, _) => Ending::Elsewhere,
+            (false, true) => Ending::Interrupted,
+            (false, false) => Ending::Done,
+        })
     }
 
     /// The scene's own setting, with what `--set` says.
@@ -268,7 +286,7 @@ impl Arguments {
         if !record.commands.contains(&command) {
             record.commands.push(command);
         }
-        Ok(Experiment { base, candidates, record, store })
+        Ok(Experiment { base, candidates, record, store, elsewhere: false })
     }
 
     /// The picture to measure against; `None` if Ctrl-C came before it was done.
@@ -305,7 +323,10 @@ impl Arguments {
                 backend: experiment.record.engines.join(", "),
                 ..Metadata::default()
             };
-            store.save_reference(image, &metadata)?;
+            // It is here all the same, and costs more than the measurements.
+            if let Err(error) = store.save_reference(image, &metadata) {
+                warn(format!("{error}; the reference is not kept"));
+            }
         }
         Ok(image)
     }
@@ -338,7 +359,7 @@ impl Arguments {
         reference: &Image,
         cancel: &AtomicBool,
     ) -> Result<(), Failure> {
-        let Experiment { candidates, record, store, .. } = experiment;
+        let Experiment { candidates, record, store, elsewhere, .. } = experiment;
         let labels: Vec<String> = candidates.iter().map(Candidate::label).collect();
         let seed = record.origin.seed;
         let order: Vec<plan::Slot> = plan::order(candidates.len(), self.repeats, seed)
@@ -360,7 +381,7 @@ impl Arguments {
             })?;
             record.runs.push(run);
             if let Some(store) = store {
-                store.save(record)?;
+                *elsewhere |= save(store, record)?;
             }
         }
         bar.finish();

@@ -24,6 +24,7 @@ mod man;
 mod measure;
 mod message;
 mod parity;
+mod picture;
 mod progress;
 mod render;
 mod table;
@@ -40,8 +41,8 @@ Exit codes:
   0    Everything was done
   1    A failure; what was wrong is on standard error
   2    Bad usage
-  3    A picture could not be written where it should go and is in another place, which standard error \
-names
+  3    A picture, or measurements, could not be written where they should go and are in another place, \
+which standard error names
   129, 130, 143
        A hang-up (SIGHUP), Ctrl-C (SIGINT) or `kill` (SIGTERM) asked for an end, and what was there is \
 written; of a second signal, which ends at once, nothing is. Signals that were ignored when telamon \
@@ -102,7 +103,7 @@ impl CommandLine {
             Command::Trace(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Measure(arguments) => arguments.run(),
             Command::Parity(arguments) => arguments.run(),
-            Command::Compare(arguments) => arguments.run().map(|()| Ending::Done),
+            Command::Compare(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Man(arguments) => arguments.run().map(|()| Ending::Done),
         }

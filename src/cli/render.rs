@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use telamon::film::exr::{Metadata, write_exr};
-use telamon::film::output::{FileFormat, OutputError, Written, check_writable, write_somewhere};
+use telamon::film::exr::Metadata;
+use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
-use telamon::film::png::write_png;
 use telamon::intersect;
 use telamon::render::{Ended, SampleId, Statistics, render};
 use telamon::scene::Description;
@@ -16,7 +15,7 @@ use telamon::scene::settings::{AovKind, AovLayer, Crop, IntegratorSettings, Samp
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
 use super::values::{self, Output, Size};
-use super::{Ending, Input, effort, interrupt};
+use super::{Ending, Input, effort, interrupt, picture};
 
 /// Render a scene to picture files
 #[derive(Args, Debug)]
@@ -227,7 +226,7 @@ impl Arguments {
         let mut failures = Vec::new();
         let mut places = Vec::new();
         for output in outputs {
-            match self.write(output, finished) {
+            match picture::write(output, &finished.picture, &finished.metadata, self.exposure) {
                 Ok(place) => places.push(place),
                 Err(failure) => failures.push(failure),
             }
@@ -253,23 +252,6 @@ impl Arguments {
             (false, true) => Ending::Interrupted,
             (false, false) => Ending::Done,
         })
-    }
-
-    /// Writes a file and returns where it is: in another place, with a warning, if it cannot be where it
-    /// should.
-    fn write(&self, output: &Output, finished: &Finished) -> Result<PathBuf, Failure> {
-        let Output { path, format } = output;
-        let Written { report, instead } =
-            write_somewhere(path, &std::env::temp_dir(), |path| match format {
-                FileFormat::Exr => write_exr(path, &finished.picture, &finished.metadata),
-                FileFormat::Png => write_png(path, &finished.picture, self.exposure),
-            })?;
-        if !report.is_clean() {
-            warn(format!("{}: {report}", path.display()));
-        }
-        let Some((place, why)) = instead else { return Ok(path.clone()) };
-        warn(format!("{why}; the picture is in `{}`", place.display()));
-        Ok(place)
     }
 }
 

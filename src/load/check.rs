@@ -1,6 +1,8 @@
 //! Objects against the table of plugins: what is unknown, missing, misplaced or out of range; and whether the
 //! files that they name exist.
 
+use std::collections::HashSet;
+
 use super::assemble::Notes;
 use super::document::{Place, Sources};
 use super::graph::{Child, Graph, Node, Property};
@@ -9,7 +11,7 @@ use super::problem::{Issue, did_you_mean, quoted};
 use super::properties::{Context, Object};
 use super::spectrum::{Role, Spectrum};
 use super::values::Value;
-use super::{indices, metals};
+use super::{indices, metals, work};
 use crate::memory::Limits;
 
 /// Reports everything in which the objects deviate from the table.
@@ -19,6 +21,7 @@ pub(super) fn check(graph: &Graph, sources: &Sources, notes: &mut Notes) {
     let limits = Limits::default();
     let context = Context::new(graph, sources, &limits);
     for (index, node) in graph.nodes.iter().enumerate() {
+        work::count(1 + node.properties.len() + node.children.len());
         if let Some(object) = Object::new(&context, index) {
             check_files(&object, node, issues);
         }
@@ -80,8 +83,9 @@ fn check_object(
     warnings: &mut Vec<Issue>,
 ) {
     let object = format!("{} `{}`", plugin.category().tag(), plugin.name);
+    let given: HashSet<&str> = node.properties.iter().map(|p| p.name.as_str()).collect();
     for child in textures(graph, node) {
-        check_texture(node, child, plugin, &object, issues);
+        check_texture(&given, child, plugin, &object, issues);
     }
     for property in &node.properties {
         match (plugin.property(&property.name), &property.value) {
@@ -124,7 +128,7 @@ fn takes_textures(plugin: &Plugin) -> bool {
 
 /// A texture is the value of a property, unless the plugin takes one as its part.
 fn check_texture(
-    node: &Node,
+    given: &HashSet<&str>,
     child: &Child,
     plugin: &'static Plugin,
     object: &str,
@@ -139,7 +143,7 @@ fn check_texture(
             let message = format!("`{name}` is a texture (expected: {})", info.kind);
             issues.push(Issue::new(*place, message));
         }
-        Some(_) if node.properties.iter().any(|p| p.name == *name) => {
+        Some(_) if given.contains(name.as_str()) => {
             issues.push(Issue::new(*place, format!("`{name}` is given more than once")));
         }
         Some(_) => {}

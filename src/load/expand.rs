@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use super::document::{Element, Place, Sources, parse};
 use super::nori;
-use super::problem::{Issue, did_you_mean};
-use super::substitute::{Parameters, SubstituteError};
+use super::problem::{Issue, LoadError, did_you_mean};
+use super::substitute::{LONGEST_NAME, Parameters, SubstituteError};
+use super::work;
 
 /// Includes inside includes, as in Mitsuba.
 const MAX_INCLUDE_DEPTH: usize = 15;
@@ -136,6 +137,7 @@ impl Expander {
     /// Appends what `element` stands for to `out`.
     fn element(&mut self, mut element: Element, root: bool, out: &mut Vec<Element>) {
         self.elements += 1;
+        work::count(1 + element.attributes.len());
         if self.elements > MAX_ELEMENTS {
             if self.elements == MAX_ELEMENTS + 1 {
                 let message = format!("the scene has more than {MAX_ELEMENTS} elements");
@@ -175,7 +177,7 @@ impl Expander {
                     continue;
                 }
                 Err(SubstituteError::Undefined(name)) => {
-                    let hint = did_you_mean(&name, self.parameters.names());
+                    let hint = self.closest_parameter(&name);
                     Issue::new(attribute.value_place, format!("undefined parameter `${name}`{hint}"))
                         .with_help(format!(
                             "give it a value by -D {name}=… or by <default name=\"{name}\" value=\"…\"/> \
@@ -193,6 +195,15 @@ impl Expander {
         }
     }
 
+    fn closest_parameter(&self, name: &str) -> String {
+        // Comparing all with all would take minutes for a large file full of wrong names.
+        if self.issues.len() >= LoadError::MOST {
+            return String::new();
+        }
+        work::count(self.parameters.names().count());
+        did_you_mean(name, self.parameters.names())
+    }
+
     fn default(&mut self, element: &Element) {
         let complete = element.check_attributes(&["name", "value"], &[], &mut self.issues);
         if !element.check_childless(&mut self.issues) || !complete || element.has_unknowns() {
@@ -201,6 +212,11 @@ impl Expander {
         if element.value("name").is_empty() {
             self.issues
                 .push(Issue::new(element.place, "<default> needs a `name` that is not empty"));
+            return;
+        }
+        if element.value("name").len() > LONGEST_NAME {
+            let message = format!("the name of a parameter is longer than {LONGEST_NAME} bytes");
+            self.issues.push(Issue::new(element.place_of("name"), message));
             return;
         }
         self.parameters.set_default(element.value("name"), element.value("value"));

@@ -6,6 +6,7 @@ use super::document::{Element, Place};
 use super::plugins::Category;
 use super::problem::{Issue, LoadError, did_you_mean};
 use super::values::{self, Value};
+use super::work;
 
 /// All objects of a scene.
 #[derive(Debug, Default)]
@@ -181,6 +182,7 @@ impl Builder<'_> {
 
     fn contents(&mut self, object: &Element, index: usize) {
         for element in &object.children {
+            work::count(1 + element.attributes.len());
             match role(element) {
                 Role::Property => self.property(element, index),
                 Role::Object(category) => {
@@ -290,8 +292,11 @@ impl Builder<'_> {
 
     fn closest_id(&self, id: &str) -> String {
         // Comparing all with all would take minutes for a large file full of wrong references.
-        let ids = self.ids.keys().map(String::as_str);
-        if self.issues.len() < LoadError::MOST { did_you_mean(id, ids) } else { String::new() }
+        if self.issues.len() >= LoadError::MOST {
+            return String::new();
+        }
+        work::count(self.ids.len());
+        did_you_mean(id, self.ids.keys().map(String::as_str))
     }
 
     fn resolve(&mut self) {
@@ -326,6 +331,7 @@ fn find_cycle(graph: &Graph) -> Option<Issue> {
         let mut path: Vec<(usize, usize)> = vec![(start, 0)];
         while let Some((node, next)) = path.last_mut() {
             let node = *node;
+            work::count(1);
             open[node] = true;
             if let Some(child) = graph.nodes[node].children.get(*next).filter(|_| !done[node]) {
                 *next += 1;

@@ -42,6 +42,7 @@ mod texture;
 mod transform;
 mod upgrade;
 mod values;
+mod work;
 
 #[cfg(test)]
 mod tests;

@@ -31,6 +31,7 @@ pub(super) struct Context<'a> {
     /// Textures by their objects.
     textures: Mutex<HashMap<usize, Arc<dyn Texture>>>,
     warnings: Mutex<Vec<Issue>>,
+    shutter: OnceLock<(f64, f64)>,
 }
 
 impl<'a> Context<'a> {
@@ -42,6 +43,7 @@ impl<'a> Context<'a> {
             images: Mutex::default(),
             textures: Mutex::default(),
             warnings: Mutex::default(),
+            shutter: OnceLock::new(),
         }
     }
 
@@ -52,6 +54,11 @@ impl<'a> Context<'a> {
 
     /// When the shutter of the first sensor opens and closes.
     pub(super) fn shutter(&'a self) -> (f64, f64) {
+        // Asked for by everything that moves.
+        *self.shutter.get_or_init(|| self.find_shutter())
+    }
+
+    fn find_shutter(&'a self) -> (f64, f64) {
         let top = self.graph.nodes.first().map_or(&[][..], |root| &root.children);
         let sensor = top
             .iter()

@@ -131,3 +131,38 @@ fn long_lists_are_cut() {
     assert_eq!((error.problems().len(), error.more()), (50, 10));
     assert!(error.to_string().ends_with("\nand 10 more problems"));
 }
+
+#[test]
+fn a_scene_without_light_says_so_once() {
+    let warnings = |content: &str| {
+        let loaded = load(&format!("<scene version='3.0.0'>\n{content}{SENSOR}</scene>"));
+        let warnings: Vec<_> =
+            loaded.expect("valid").warnings.iter().map(ToString::to_string).collect();
+        warnings.join("\n")
+    };
+    let ball = "<shape type='sphere'/>";
+    let none = "scene.xml:1:1: the scene has no light, so its picture will be black";
+    let black = "scene.xml:1:1: the lights of the scene are all black, and so its picture will be";
+    let aov = |inner: &str| {
+        let layers = "<string name='aovs' value='d:depth'/>";
+        format!("{ball}<integrator type='aov'>{layers}{inner}</integrator>")
+    };
+    let lamp = |radiance: &str| {
+        let radiance = format!("<rgb name='radiance' value='{radiance}'/>");
+        format!("{ball}<shape type='disk'><emitter type='area'>{radiance}</emitter></shape>")
+    };
+    for (content, expected) in [
+        (ball.to_owned(), none),
+        (format!("{ball}{ball}<integrator type='direct'/>"), none),
+        (aov("<integrator type='path'/>"), none),
+        (lamp("0 0 0"), black),
+        (lamp("0 1e-9 0"), ""),
+        (format!("{ball}<emitter type='constant'/>"), ""),
+        (format!("{ball}<emitter type='point'/>"), ""),
+        // What shows no light needs none.
+        (aov(""), ""),
+        (format!("{ball}<integrator type='ao'/>"), ""),
+    ] {
+        assert_eq!(warnings(&content), expected, "{content}");
+    }
+}

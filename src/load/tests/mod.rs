@@ -8,7 +8,7 @@ use crate::scene::Description;
 
 mod effects;
 mod format;
-mod fuzz;
+mod hostile;
 mod meanings;
 mod meshes;
 mod messages;
