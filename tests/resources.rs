@@ -52,13 +52,17 @@ fn corners() -> Vec<u8> {
     [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0_f32].iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-/// A PLY file of so many vertices, all but three zeros, and so many times the same triangle.
-fn ply(vertices: usize, faces: usize) -> Vec<u8> {
-    let mut file = format!(
+fn ply_header(vertices: usize, faces: usize) -> Vec<u8> {
+    format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
          property float z\nelement face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
     )
-    .into_bytes();
+    .into_bytes()
+}
+
+/// A PLY file of so many vertices, all but three zeros, and so many times the same triangle.
+fn ply(vertices: usize, faces: usize) -> Vec<u8> {
+    let mut file = ply_header(vertices, faces);
     file.extend(corners());
     file.resize(file.len() + 12 * (vertices - 3), 0);
     for _ in 0..faces {
@@ -83,13 +87,7 @@ fn serialized(vertices: u64) -> Vec<u8> {
     header.extend(1_u64.to_le_bytes());
     header.extend(corners());
     encoder.write_all(&header).expect("in memory");
-    let zeros = vec![0; 1 << 20];
-    let mut left = 12 * (vertices - 3);
-    while left > 0 {
-        let count = left.min(zeros.len() as u64);
-        encoder.write_all(&zeros[..count as usize]).expect("in memory");
-        left -= count;
-    }
+    encoder.write_all(&vec![0; 12 * (vertices as usize - 3)]).expect("in memory");
     encoder.write_all(&[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]).expect("in memory");
     encoder.finish().expect("in memory");
     file.extend(0_u64.to_le_bytes());
@@ -122,21 +120,30 @@ fn a_mesh_that_cannot_fit_is_refused_by_its_header() {
 fn compressed_files_are_bounded_and_an_option_lifts_it() {
     let folder = Folder::new();
     // Zeros pack a thousandfold, and meshes do not.
-    fs::write(folder.path("a.ply"), gzip(&ply(25_000_000, 1))).expect("writable");
-    fs::write(folder.path("a.serialized"), serialized(25_000_000)).expect("writable");
+    let mut zeros = GzEncoder::new(Vec::new(), Compression::fast());
+    zeros.write_all(&ply_header(25_000_000, 1)).expect("in memory");
+    (0..300).for_each(|_| zeros.write_all(&[0; 1_000_000]).expect("in memory"));
+    fs::write(folder.path("zeros.ply"), zeros.finish().expect("in memory")).expect("writable");
+    let size = fs::metadata(folder.path("zeros.ply")).expect("there").len();
+    assert!(size < 4 << 20, "{size}");
+    fs::write(folder.path("scene.xml"), scene_with("ply", "zeros.ply")).expect("writable");
+    let run = bounded(&folder, 1024, "inspect scene.xml");
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    assert!(run.stderr.contains(" unpacks to more than 268 MB"), "{}", run.stderr);
+    let run = bounded(&folder, 1024, "inspect scene.xml --max-unpacked 400M --memory 64M");
+    assert!(run.stderr.contains("400 MB of memory are needed at least"), "{}", run.stderr);
+
+    fs::write(folder.path("a.ply"), gzip(&ply(200_000, 1))).expect("writable");
+    fs::write(folder.path("a.serialized"), serialized(200_000)).expect("writable");
     for kind in ["ply", "serialized"] {
-        let file = format!("a.{kind}");
-        let size = fs::metadata(folder.path(&file)).expect("there").len();
-        assert!(size < 4 << 20, "{size}");
-        fs::write(folder.path("scene.xml"), scene_with(kind, &file)).expect("writable");
-        let run = bounded(&folder, 1024, "inspect scene.xml");
-        assert_eq!(run.code, Some(1), "{}", run.stderr);
-        assert!(run.stderr.contains(" unpacks to more than 268 MB"), "{}", run.stderr);
-        assert!(run.stderr.contains("help: `--max-unpacked` raises the limit"), "{}", run.stderr);
-        let run = folder.succeed("inspect scene.xml --max-unpacked 400M");
-        assert!(run.stdout.contains("2 with 1 triangles, 400 MB"), "{}", run.stdout);
-        let told = folder.fail("inspect scene.xml --max-unpacked 400M --memory 64M", 1);
-        assert!(told.contains("400 MB of memory are needed at least"), "{told}");
+        let scene = scene_with(kind, &format!("a.{kind}"));
+        fs::write(folder.path("scene.xml"), scene).expect("writable");
+        let told = folder.fail("inspect scene.xml --max-unpacked 1M", 1);
+        assert!(told.contains(" unpacks to more than 1.0 MB"), "{told}");
+        assert!(told.contains("help: `--max-unpacked` raises the limit"), "{told}");
+        let run = folder.succeed("inspect scene.xml --max-unpacked 3M");
+        assert!(run.stdout.contains("2 with 1 triangles, 3.2 MB"), "{}", run.stdout);
+        folder.succeed("inspect scene.xml");
     }
 }
 

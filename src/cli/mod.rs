@@ -22,6 +22,7 @@ mod interrupt;
 mod machine;
 mod man;
 mod measure;
+mod memory;
 mod message;
 mod parity;
 mod picture;
@@ -191,7 +192,7 @@ struct Resources {
 impl Resources {
     /// Limits of which nothing has been claimed yet.
     fn limits(&self) -> Limits {
-        Limits::new(self.memory.or_else(machine::memory), self.max_unpacked)
+        Limits::new(self.memory.or_else(memory::there), self.max_unpacked)
     }
 }
 

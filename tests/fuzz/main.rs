@@ -105,6 +105,8 @@ fn formats() -> Vec<Format> {
         ("exr, PXR24", Compression::PXR24),
         ("exr, B44", Compression::B44),
         ("exr, B44A", Compression::B44A),
+        ("exr, DWAA", Compression::DWAA(None)),
+        ("exr, DWAB", Compression::DWAB(Some(45.0))),
     ] {
         let seed = seeds::openexr(compression, exr::prelude::Blocks::ScanLines, 1);
         add(name, "picture", seed, as_is, texture);
@@ -222,6 +224,7 @@ fn damaged_files_do_no_harm() {
 /// Does the work of the test above, in a process that may end.
 #[test]
 #[ignore = "run by the test above"]
+#[expect(clippy::print_stdout, reason = "it is what the test above reads")]
 fn child() {
     let Ok(inputs) = std::env::var(CHILD) else { return };
     let inputs: usize = inputs.parse().expect("a number");

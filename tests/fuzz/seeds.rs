@@ -229,4 +229,4 @@ pub(crate) const TILES: Blocks = Blocks::Tiles(Vec2(8, 8));
 /// Rays as `telamon parity` records them, and as people may write them.
 pub(crate) const RAYS: &str = "{\"index\":3,\"family\":\"pair\",\"origin\":[\"0x1.8p+0\",\"0x0p+0\",\"-0x1p-149\"],\
 \"direction\":[\"0x1p+0\",\"0x0p+0\",\"0x0p+0\"],\"t_min\":\"0x0p+0\",\"t_max\":\"inf\",\"time\":\"0x1p-1\"}\n\n\
-{\"origin\":[0.5,\"1e-3\",-2],\"direction\":[\"0\",\"0\",\"1\"]}\n";
+{\"origin\":[0.5,1e-3,-2],\"direction\":[0,0,1]}\n";

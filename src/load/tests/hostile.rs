@@ -3,6 +3,9 @@
 use super::super::work;
 use super::{SENSOR, load};
 
+/// A file of some size.
+type Text<'a> = &'a dyn Fn(usize) -> String;
+
 /// Files made to need time or stack. Each is tried at some size and at the double: the steps that the loader
 /// takes may no more than double, and a bit.
 #[test]
@@ -48,7 +51,7 @@ fn hostile_scenes_take_steps_in_proportion() {
         )
     };
     let entities = "<!DOCTYPE x [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]>";
-    let cases: [(&str, usize, &dyn Fn(usize) -> String, &str); 12] = [
+    let cases: [(&str, usize, Text<'_>, &str); 12] = [
         ("nested", 20_000, &|n| scene(&nested(n)), "nested more than 64 deep"),
         ("chain", 20_000, &|n| scene(&chain(n)), "inside bsdf `twosided` changes nothing"),
         ("doubling", 30, &|n| scene(&doubling(n)), "inside bsdf `twosided` changes nothing"),
