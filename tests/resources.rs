@@ -16,6 +16,8 @@ fn bounded(folder: &Folder, mebibytes: u32, arguments: &str) -> Run {
     Command::new("sh")
         .args(["-c", &command])
         .current_dir(folder.path(""))
+        // Each thread takes addresses, and a large machine has many.
+        .env("RAYON_NUM_THREADS", "2")
         .stdin(Stdio::null())
         .output()
         .expect("a shell is there")

@@ -53,9 +53,13 @@ pub fn read_exr(path: &Path) -> Result<Picture, InputError> {
         PromiseError::TooSmall { .. } => malformed(format!("it {error}")),
     })?;
     let reader = read().no_deep_data().largest_resolution_level().all_channels();
-    let reader = reader.first_valid_layer().all_attributes();
+    // All of them, because to read one alone the crate trusts the table of offsets to lead to its blocks.
+    let reader = reader.all_layers().all_attributes();
     let image = reader.from_buffered(Cursor::new(bytes)).map_err(refused)?;
-    let (display, layer) = (image.attributes.display_window, image.layer_data);
+    let display = image.attributes.display_window;
+    let Some(layer) = image.layer_data.into_iter().next() else {
+        return Err(malformed("it has no part".to_owned()));
+    };
     let offset = layer.attributes.layer_position - display.position;
     let number = |n: usize| u32::try_from(n).ok();
     let crop = || {

@@ -28,6 +28,9 @@ impl Size {
 /// # Errors
 /// A header that cannot be read, or a file that is too small for it: a fragment.
 pub(super) fn checked(file: &[u8], format: ImageFormat) -> Result<Size, String> {
+    if format == ImageFormat::Png {
+        check_palette(file)?;
+    }
     let reader = ImageReader::with_format(Cursor::new(file), format);
     let (width, height) =
         reader.into_dimensions().map_err(|error| format!("cannot be decoded: {error}"))?;
@@ -45,6 +48,23 @@ pub(super) fn checked(file: &[u8], format: ImageFormat) -> Result<Size, String> 
         ));
     }
     Ok(size)
+}
+
+/// Refuses a PNG file whose palette has something else than 1 to 256 whole colours (11.2.2 of the standard):
+/// the decoder takes that for granted, and panics.
+fn check_palette(file: &[u8]) -> Result<(), String> {
+    let mut at = 8;
+    while let Some(&[a, b, c, d, ref kind @ ..]) = file.get(at..at + 8) {
+        let length = u32::from_be_bytes([a, b, c, d]) as usize;
+        if kind == b"PLTE" && (length % 3 != 0 || !(3..=768).contains(&length)) {
+            return Err(format!(
+                "cannot be decoded: its palette has {length} bytes (expected 3 for each of 1 to 256 colours)"
+            ));
+        }
+        // Length, kind and sum.
+        at = at.saturating_add(length).saturating_add(12);
+    }
+    Ok(())
 }
 
 /// Bytes of the rows before they are packed. The header is the first chunk: see 11.2.1 of the standard.
@@ -70,5 +90,56 @@ fn bmp_bytes(file: &[u8], size: Size) -> u64 {
     match packing {
         1 | 2 => size.pixels() / EXPANSION,
         _ => (u64::from(size.width) * u64::from(bits)).div_ceil(32) * 4 * u64::from(size.height),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The start of a PNG file: its signature, a header and a palette of so many bytes.
+    fn palette(length: u32) -> Vec<u8> {
+        let mut file = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();
+        file.extend([0; 17]);
+        file.extend(length.to_be_bytes());
+        file.extend(b"PLTE");
+        file.resize(file.len() + length as usize + 4, 0);
+        file
+    }
+
+    #[test]
+    fn palettes_hold_whole_colours() {
+        for length in [3, 48, 768] {
+            assert_eq!(check_palette(&palette(length)), Ok(()), "{length}");
+        }
+        for length in [0, 1, 49, 771, 3000] {
+            let error = check_palette(&palette(length)).expect_err("no palette");
+            assert_eq!(
+                error,
+                format!(
+                    "cannot be decoded: its palette has {length} bytes (expected 3 for each of 1 to 256 colours)"
+                )
+            );
+        }
+        // Chunks that lead out of the file are the decoder's business.
+        assert_eq!(check_palette(&[0xff; 20]), Ok(()));
+        assert_eq!(check_palette(b""), Ok(()));
+    }
+
+    #[test]
+    fn rows_are_counted_as_the_header_says() {
+        let size = Size { width: 9, height: 2 };
+        let mut png = palette(3);
+        for (depth, color_type, bytes) in [(1, 0, 6), (4, 3, 12), (8, 2, 56), (16, 6, 146)] {
+            (png[24], png[25]) = (depth, color_type);
+            assert_eq!(png_bytes(&png, size), bytes, "{depth} {color_type}");
+        }
+        let mut bmp = vec![0; 60];
+        (bmp[14], bmp[28]) = (40, 24);
+        assert_eq!(bmp_bytes(&bmp, size), 56);
+        bmp[30] = 1;
+        assert_eq!(bmp_bytes(&bmp, size), 0);
+        (bmp[14], bmp[24]) = (12, 8);
+        assert_eq!(bmp_bytes(&bmp, size), 24);
     }
 }

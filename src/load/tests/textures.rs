@@ -61,7 +61,7 @@ impl Folder {
     /// Loads a scene whose rectangle has this material.
     fn load(&self, bsdf: &str) -> Result<Loaded, String> {
         let text = format!(
-            "<scene version='3.0.0'>\n<shape type='rectangle'>{bsdf}</shape>{SENSOR}</scene>"
+            "<scene version='3.0.0'>\n<shape type='rectangle'>{bsdf}</shape>{SENSOR}<emitter type='point'/></scene>"
         );
         self.load_text(&text)
     }
