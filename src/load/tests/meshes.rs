@@ -21,7 +21,7 @@ fn load(plugin: &str, mesh: impl AsRef<[u8]>, inner: &str) -> Result<Loaded, Loa
     fs::write(folder.path().join(format!("mesh.{plugin}")), mesh).expect("can be written");
     let text = format!(
         "<scene version='3.0.0'>\n<shape type='{plugin}'>\
-         <string name='filename' value='mesh.{plugin}'/>{inner}</shape>{SENSOR}</scene>"
+         <string name='filename' value='mesh.{plugin}'/>{inner}</shape>{SENSOR}<emitter type='point'/></scene>"
     );
     load_text(&text, &folder.path().join("scene.xml"), &LoadOptions::default())
 }
