@@ -248,6 +248,8 @@ fn child() {
     for (number, format) in formats.iter().enumerate() {
         let path = Path::new(".").join(format.file);
         let attempt = |bytes: &[u8]| {
+            // A new file: the contents of one that is cut and written again are waited for by some disks.
+            let _ = fs::remove_file(&path);
             fs::write(&path, bytes).expect("writable");
             let allowed = MEMORY.allocated() + FIXED + PER_BYTE * bytes.len();
             MEMORY.set_limit(allowed).expect("more than there is");
