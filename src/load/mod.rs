@@ -44,6 +44,7 @@ mod values;
 #[cfg(test)]
 mod tests;
 
+pub use nori::{NoriX, UnknownSide};
 pub use problem::{LoadError, Position, Problem, Warning};
 
 use assemble::Notes;
@@ -57,6 +58,9 @@ use substitute::Parameters;
 pub struct LoadOptions {
     /// Values of parameters, by name: they replace `$name` and win over `<default>`.
     pub defines: Vec<(String, String)>,
+    /// Where the x axis of the camera points in a scene of Nori; `None` assumes the default, with a warning. Of
+    /// no effect on other scenes.
+    pub nori_x: Option<NoriX>,
 }
 
 /// A scene that was loaded.
@@ -107,7 +111,7 @@ fn load(
         return Err(LoadError::new(&notes.issues, &sources));
     };
     if is_nori {
-        nori::translate(&mut root, &mut notes.issues);
+        nori::translate(&mut root, options.nori_x, &mut notes);
     }
     upgrade::upgrade(&mut root, &sources, &mut notes.warnings);
     let graph = graph::build(&root, incomplete, &mut notes.issues);

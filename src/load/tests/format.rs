@@ -97,7 +97,9 @@ fn parameters_are_substituted() {
          <integer name='sample_count' value='$spp'/></sampler></sensor></scene>";
     let spp = |defines: &[(&str, &str)]| {
         let defines = defines.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect();
-        let loaded = load_text(text, Path::new("a.xml"), &LoadOptions { defines }).expect("valid");
+        let loaded =
+            load_text(text, Path::new("a.xml"), &LoadOptions { defines, ..LoadOptions::default() })
+                .expect("valid");
         let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
         (loaded.description.sampler.samples_per_pixel, warnings)
     };
