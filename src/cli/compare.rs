@@ -153,10 +153,11 @@ fn covering(
 
 fn measured(image: &Image, reference: &Image, path: &Path) -> Result<Metrics, Failure> {
     let metrics = Metrics::of(image, reference).ok_or_else(|| {
-        Failure::new(format!(
-            "`{}`: no pixel is finite in both pictures, with a finite variance in the reference",
-            path.display()
-        ))
+        let of_what = match reference.variance {
+            Some(_) => ", with a finite variance in the reference",
+            None => "",
+        };
+        Failure::new(format!("`{}`: no pixel is finite in both pictures{of_what}", path.display()))
     })?;
     if metrics.non_finite > 0 {
         let count = metrics.non_finite;

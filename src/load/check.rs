@@ -2,11 +2,12 @@
 //! files that they name exist.
 
 use super::assemble::Notes;
+use super::context::Context;
 use super::document::{Place, Sources};
 use super::graph::{Child, Graph, Node, Property};
 use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
 use super::problem::{Issue, did_you_mean, quoted};
-use super::properties::{Context, Object};
+use super::properties::Object;
 use super::spectrum::{Role, Spectrum};
 use super::values::Value;
 use super::{indices, metals};

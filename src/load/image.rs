@@ -1,5 +1,6 @@
 //! Image files.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
@@ -18,14 +19,13 @@ pub(super) fn load(path: &Path) -> Result<Image, String> {
     let bytes = fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
     let image = if bytes.starts_with(&EXR_MAGIC) {
         openexr(&bytes)?
+    } else if bytes.starts_with(b"#?") {
+        other(&plain_radiance(&bytes), ImageFormat::Hdr)?
     } else {
         match image::guess_format(&bytes) {
-            Ok(
-                format @ (ImageFormat::Png
-                | ImageFormat::Jpeg
-                | ImageFormat::Bmp
-                | ImageFormat::Hdr),
-            ) => other(&bytes, format)?,
+            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp)) => {
+                other(&bytes, format)?
+            }
             _ => {
                 return Err(
                     "is no image in a known format (expected PNG, JPEG, BMP, OpenEXR or HDR)"
@@ -72,6 +72,30 @@ fn other(bytes: &[u8], format: ImageFormat) -> Result<Image, String> {
         _ => (3, Texels::Float(DynamicImage::into_rgb32f(picture).into_raw())),
     };
     Image::new(width, height, channels, texels).ok_or_else(|| "has no pixels".to_owned())
+}
+
+/// A file of Radiance with the header that the decoder asks for. Its first line may name any program, such as
+/// `#?RGBE`, and its lines may end as on Windows.
+fn plain_radiance(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let mut header = b"#?RADIANCE\n".to_vec();
+    let mut rest = bytes;
+    let (mut lines, mut after_blank) = (0, false);
+    while let Some(end) = rest.iter().position(|&b| b == b'\n') {
+        let line = rest[..end].strip_suffix(b"\r").unwrap_or(&rest[..end]);
+        rest = &rest[end + 1..];
+        if lines > 0 {
+            header.extend_from_slice(line);
+            header.push(b'\n');
+        }
+        lines += 1;
+        // The size stands below an empty line, and pixels below that.
+        if after_blank {
+            header.extend_from_slice(rest);
+            return Cow::Owned(header);
+        }
+        after_blank = line.is_empty();
+    }
+    Cow::Borrowed(bytes)
 }
 
 /// The channels `R`, `G` and `B`, or else `Y`, of the first layer that has them.

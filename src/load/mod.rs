@@ -14,6 +14,7 @@ use crate::scene::Description;
 mod assemble;
 mod bsdf;
 mod check;
+mod context;
 mod deformable;
 mod document;
 mod emitter;
@@ -24,6 +25,7 @@ mod image;
 mod indices;
 mod integrator;
 pub mod mesh;
+mod mesh_file;
 mod metals;
 mod nori;
 pub mod plugins;
@@ -121,6 +123,6 @@ fn load(
     fail_on_issues(&notes)?;
     Ok(Loaded {
         description: description.expect("a scene without issues is complete"),
-        warnings: notes.warnings.iter().map(|w| w.resolve(&sources)).collect(),
+        warnings: Issue::in_order(notes.warnings).iter().map(|w| w.resolve(&sources)).collect(),
     })
 }

@@ -251,7 +251,7 @@ fn within(polygon: &[Point2<f64>]) -> Option<Vec<[usize; 3]>> {
     let mut crosses = false;
     let mesh =
         ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(vertices, edges, |_| {
-            crosses = true
+            crosses = true;
         })
         .ok()
         .filter(|_| !crosses)?;

@@ -167,12 +167,21 @@ fn hostile_scenes_are_answered_soon() {
     let entities = "<!DOCTYPE x [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]>";
     for (name, text, message) in [
         ("nested", scene(&nested), "nested more than 64 deep"),
-        ("chain", scene(&chain), "inside bsdf `twosided` changes nothing"),
+        ("chain", scene(&chain), "inside each other more than 100 deep"),
         ("doubling", scene(&doubling), "inside bsdf `twosided` changes nothing"),
         (
             "defaults",
             scene(&format!("<default name='a0' value='xxxxxxxx'/>{defaults}")),
             "too long",
+        ),
+        (
+            "values",
+            scene(&format!(
+                "<default name='a' value='{}'/>{}",
+                "x".repeat(60_000),
+                "<default name='b' value='$a'/>".repeat(600)
+            )),
+            "parameters add more than 33554432 bytes to the scene",
         ),
         ("entities", format!("{entities}{}", scene("")), "DTD"),
         (

@@ -1,6 +1,7 @@
 //! Areas are what is compared: by the triangles, and by the shoelace formula along the outline.
 
 use std::collections::HashMap;
+use std::f32::consts::FRAC_PI_6;
 
 use glam::{DAffine3, DVec3, Vec3A};
 
@@ -152,7 +153,7 @@ fn corners_on_sides_are_kept() {
 #[test]
 fn fans_stay_where_they_are_right() {
     let round: Vec<_> =
-        (0..12).map(|i| [(i as f32 * 0.5236).cos(), (i as f32 * 0.5236).sin()]).collect();
+        (0..12).map(|i| i as f32 * FRAC_PI_6).map(|angle| [angle.cos(), angle.sin()]).collect();
     for points in [
         &round[..],
         &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
