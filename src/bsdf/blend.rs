@@ -11,13 +11,18 @@ use crate::texture::Textured;
 pub struct Blend {
     weight: Textured<f32>,
     materials: [Box<dyn Bsdf>; 2],
+    /// Found once: materials inside materials that share parts would be asked exponentially often.
+    flags: Flags,
 }
 
 impl Blend {
     /// `weight` is the fraction of the second material, clamped to `[0, 1]`.
     #[must_use]
     pub fn new(weight: impl Into<Textured<f32>>, materials: [Box<dyn Bsdf>; 2]) -> Self {
-        Self { weight: weight.into(), materials }
+        let weight = weight.into();
+        let [a, b] = &materials;
+        let flags = a.flags().union(b.flags()).textured(&weight);
+        Self { weight, materials, flags }
     }
 
     /// The fractions of both.
@@ -57,8 +62,7 @@ impl Bsdf for Blend {
     }
 
     fn flags(&self) -> Flags {
-        let [a, b] = &self.materials;
-        a.flags().union(b.flags()).textured(&self.weight)
+        self.flags
     }
 
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {

@@ -1,6 +1,7 @@
 //! Surface scattering: the contract that every material keeps, and one file for each.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3A};
 
@@ -66,6 +67,33 @@ pub trait Bsdf: Debug + Send + Sync {
     /// Name of the material's type, for reports.
     fn kind(&self) -> &'static str {
         type_word::<Self>()
+    }
+}
+
+/// A material that is part of several.
+impl Bsdf for Arc<dyn Bsdf> {
+    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
+        self.as_ref().eval(place, wi, wo)
+    }
+
+    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
+        self.as_ref().pdf(place, wi, wo)
+    }
+
+    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+        self.as_ref().sample(place, wi, u)
+    }
+
+    fn flags(&self) -> Flags {
+        self.as_ref().flags()
+    }
+
+    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+        self.as_ref().albedo(place, wi)
+    }
+
+    fn kind(&self) -> &'static str {
+        self.as_ref().kind()
     }
 }
 

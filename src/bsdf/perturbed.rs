@@ -14,6 +14,8 @@ pub struct Perturbed {
     normals: Normals,
     options: PerturbedOptions,
     material: Box<dyn Bsdf>,
+    /// Found once: materials inside materials that share parts would be asked exponentially often.
+    flags: Flags,
 }
 
 /// Where the normals come from.
@@ -45,7 +47,8 @@ impl Perturbed {
     /// `material` with these normals.
     #[must_use]
     pub fn new(normals: Normals, options: PerturbedOptions, material: Box<dyn Bsdf>) -> Self {
-        Self { normals, options, material }
+        let flags = material.flags().needing(Needs::Tangents);
+        Self { normals, options, material, flags }
     }
 
     /// The frame around the turned normal, in coordinates of the local frame.
@@ -124,7 +127,7 @@ impl Bsdf for Perturbed {
     }
 
     fn flags(&self) -> Flags {
-        self.material.flags().needing(Needs::Tangents)
+        self.flags
     }
 
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {

@@ -267,7 +267,7 @@ impl Arguments {
             processor_threads: machine::threads(),
             scene: self.input.scene.display().to_string(),
             scene_crc32: crc32(&self.input.scene)?,
-            defines: self.input.defines.clone(),
+            defines: self.input.defines_of_record(),
             film: (description.film.width, description.film.height),
             crop: (x, y, width, height),
             base: format!("{base:?}"),

@@ -9,7 +9,7 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use telamon::intersect::accel::Mode;
 use telamon::intersect::{Accel, Backend};
-use telamon::load::{LoadOptions, Loaded, load_scene};
+use telamon::load::{LoadOptions, Loaded, NoriX, load_scene};
 use telamon::memory::Limits;
 
 mod compare;
@@ -128,6 +128,11 @@ struct Input {
     )]
     defines: Vec<(String, String)>,
 
+    /// Where the camera's x axis points in a scene of Nori, whose versions differ: at this side of the
+    /// picture [default: right, with a note]
+    #[arg(long, value_name = "SIDE", value_parser = values::nori_x(), help_heading = "Input")]
+    nori_x: Option<NoriX>,
+
     /// Engine that answers ray queries
     #[arg(
         long,
@@ -166,9 +171,19 @@ impl Input {
         accel
     }
 
+    /// What makes another scene of the same file.
+    fn defines_of_record(&self) -> Vec<(String, String)> {
+        let side = self.nori_x.map(|x| ("--nori-x".to_owned(), x.to_string()));
+        self.defines.iter().cloned().chain(side).collect()
+    }
+
     /// Loads the scene within `limits` and shows the loader's warnings.
     fn load(&self, limits: &Limits) -> Result<Loaded, Failure> {
-        let options = LoadOptions { defines: self.defines.clone(), limits: limits.clone() };
+        let options = LoadOptions {
+            defines: self.defines.clone(),
+            nori_x: self.nori_x,
+            limits: limits.clone(),
+        };
         let loaded = load_scene(&self.scene, &options).map_err(|e| Failure::of_scene(&e))?;
         message::warn_of_scene(&loaded.warnings);
         Ok(loaded)

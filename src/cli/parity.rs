@@ -9,7 +9,7 @@ use clap::Args;
 use telamon::film::output::{OutputError, check_writable};
 use telamon::intersect::{self, Accel};
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
-use telamon::load::{LoadOptions, load_scene};
+use telamon::load::{LoadOptions, NoriX, load_scene};
 use telamon::memory::Limits;
 use telamon::parity::{
     self, Budget, Contender, Generated, RaySource, RecordWriter, Recorded, View,
@@ -195,7 +195,10 @@ impl Arguments {
         } else if name.ends_with(".ply") {
             Ok(self.mesh(load_ply(&self.input, &options)?))
         } else {
-            let options = LoadOptions { defines: self.defines.clone(), limits: limits.clone() };
+            // Rays come from the camera's place, whichever side of the picture its axes point to.
+            let nori_x = Some(NoriX::default());
+            let (defines, limits) = (self.defines.clone(), limits.clone());
+            let options = LoadOptions { defines, nori_x, limits };
             let loaded = load_scene(&self.input, &options).map_err(|e| Failure::of_scene(&e))?;
             message::warn_of_scene(&loaded.warnings);
             let description = loaded.description;

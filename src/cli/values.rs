@@ -7,6 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use telamon::film::output::{FileFormat, OutputError};
 use telamon::intersect::accel::MalformedMode;
 use telamon::intersect::{Accel, Backend, UnknownBackend};
+use telamon::load::NoriX;
 use telamon::measure::plan::Variation;
 use telamon::parity::Budget;
 use telamon::scene::settings::{Crop, SamplerKind};
@@ -98,6 +99,11 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 pub(super) fn samplers() -> impl TypedValueParser<Value = SamplerKind> {
     PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name))
         .try_map(|name| name.parse::<SamplerKind>())
+}
+
+/// The sides of a picture, for the help and for completions as well.
+pub(super) fn nori_x() -> impl TypedValueParser<Value = NoriX> {
+    PossibleValuesParser::new(NoriX::ALL.map(NoriX::name)).try_map(|name| name.parse::<NoriX>())
 }
 
 pub(super) fn radiance(text: &str) -> Result<f32, String> {

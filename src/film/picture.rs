@@ -15,7 +15,7 @@ pub struct Picture {
     pub crop: Crop,
     /// The channels, in no particular order; no two of one name.
     pub channels: Vec<Channel>,
-    /// Precision of colours in an EXR file.
+    /// Precision of colours in an EXR file, if it has nothing but colours.
     pub component: ComponentFormat,
 }
 

@@ -143,8 +143,14 @@ mod tests {
             picture.component = component;
             let metadata = Metadata { sampler: "sobol".to_owned(), ..Metadata::default() };
             write_exr(&path, &picture, &metadata).expect("writable");
-            assert_eq!(read_exr(&path).expect("readable"), picture);
+            // A file with layers has 32 bits throughout.
+            let expected = Picture { component: ComponentFormat::Float, ..picture.clone() };
+            assert_eq!(read_exr(&path).expect("readable"), expected);
             assert_eq!(sampler(&path).as_deref(), Some("sobol"));
+            let mut colors = picture.clone();
+            colors.channels.truncate(3);
+            write_exr(&path, &colors, &metadata).expect("writable");
+            assert_eq!(read_exr(&path).expect("readable"), colors);
         }
     }
 

@@ -5,15 +5,16 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::context::Context;
 use super::document::{Place, Sources};
 use super::emitter::Light;
 use super::graph::Graph;
 use super::plugins::{Build, Category};
 use super::problem::Issue;
-use super::properties::{Context, Object};
+use super::properties::Object;
 use super::shape::BuiltShape;
 use super::{bsdf, emitter, film, integrator, precision, sampler, sensor, shape};
-use crate::bsdf::{Bsdf, Diffuse};
+use crate::bsdf::{Bsdf, Diffuse, Needs};
 use crate::camera::Camera;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
@@ -88,6 +89,9 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
     })
 }
 
+/// Materials inside one material; scenes have a few.
+const MANY_EVALUATIONS: u64 = 1000;
+
 /// Materials and lights, as they are found.
 #[derive(Default)]
 struct Parts {
@@ -95,6 +99,8 @@ struct Parts {
     /// Indices of materials by their objects, so that shapes share what they refer to; `None` is the
     /// material of shapes that name none.
     bsdf_of: HashMap<Option<usize>, usize>,
+    /// As [`bsdf::evaluations`] finds them.
+    evaluations: HashMap<usize, u64>,
     /// Index of the black material of emitters that name none, once there is one.
     black: Option<usize>,
     emitters: Vec<Box<dyn Emitter>>,
@@ -255,14 +261,37 @@ impl Parts {
     fn scene_object(
         &mut self,
         object: &Object<'_>,
-        built: BuiltShape,
+        mut built: BuiltShape,
         warnings: &mut Vec<Issue>,
     ) -> Result<SceneObject, Issue> {
         warnings.extend(dropped_warning(object, built.dropped));
         warnings.extend(precision_warnings(object, &built));
-        if object.motion("to_world").is_some() {
-            return self.moving(object, built, warnings);
+        let file = built.file.take();
+        let scene_object = if object.motion("to_world").is_some() {
+            self.moving(object, built, warnings)?
+        } else {
+            self.resting(object, built)?
+        };
+        if let Some(material) = object.parts(Category::Bsdf).next() {
+            let count = bsdf::evaluations(&material, &mut self.evaluations);
+            warnings.extend((count > MANY_EVALUATIONS).then(|| {
+                let message = format!(
+                    "material `{}` asks others {count} times at each point: a render will take as long",
+                    material.id()
+                );
+                let help = "let mixtures share fewer materials";
+                Issue::new(material.place(), message).with_help(help).once()
+            }));
         }
+        let light = scene_object.emitter.map(|i| self.emitters[i].is_textured());
+        let varies = self.bsdfs[scene_object.bsdf].flags().needs > Needs::Nothing;
+        let file = file.iter().flat_map(|f| f.warnings(object, varies || light == Some(true)));
+        warnings.extend(file);
+        Ok(scene_object)
+    }
+
+    /// A shape that does not move.
+    fn resting(&mut self, object: &Object<'_>, built: BuiltShape) -> Result<SceneObject, Issue> {
         let emitter = match object.parts(Category::Emitter).next() {
             None => None,
             Some(light) => match emitter::build(&light)? {

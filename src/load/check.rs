@@ -4,11 +4,12 @@
 use std::collections::HashSet;
 
 use super::assemble::Notes;
+use super::context::Context;
 use super::document::{Place, Sources};
 use super::graph::{Child, Graph, Node, Property};
 use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
 use super::problem::{Issue, did_you_mean, quoted};
-use super::properties::{Context, Object};
+use super::properties::Object;
 use super::spectrum::{Role, Spectrum};
 use super::values::Value;
 use super::{indices, metals, work};

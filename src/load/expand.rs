@@ -21,6 +21,9 @@ const MAX_ELEMENTS: usize = 1_000_000;
 /// Bytes of one scene file; meshes have files of their own.
 const MAX_FILE_BYTES: u64 = 1 << 28;
 
+/// Bytes of all values that parameters are substituted in.
+const MAX_EXPANDED_BYTES: usize = 1 << 25;
+
 /// A walk through the files of a scene.
 #[derive(Debug)]
 pub(super) struct Expander {
@@ -40,6 +43,7 @@ pub(super) struct Expander {
     open: Vec<PathBuf>,
     includes: usize,
     elements: usize,
+    expanded_bytes: usize,
 }
 
 impl Expander {
@@ -54,6 +58,7 @@ impl Expander {
             open: Vec::new(),
             includes: 0,
             elements: 0,
+            expanded_bytes: 0,
         }
     }
 
@@ -173,8 +178,14 @@ impl Expander {
         for attribute in element.attributes.iter_mut().filter(|a| a.value.contains('$')) {
             let issue = match self.parameters.substitute(&attribute.value) {
                 Ok(value) => {
-                    attribute.value = value;
-                    continue;
+                    self.expanded_bytes = self.expanded_bytes.saturating_add(value.len());
+                    if self.expanded_bytes <= MAX_EXPANDED_BYTES {
+                        attribute.value = value;
+                        continue;
+                    }
+                    let message =
+                        format!("parameters add more than {MAX_EXPANDED_BYTES} bytes to the scene");
+                    Issue::new(attribute.value_place, message)
                 }
                 Err(SubstituteError::Undefined(name)) => {
                     let hint = self.closest_parameter(&name);
@@ -310,6 +321,9 @@ fn read(path: &Path) -> Result<String, String> {
         return Err(format!("has more than {MAX_FILE_BYTES} bytes (is this a scene file?)"));
     }
     let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    if matches!(bytes[..], [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [b'<', 0, ..] | [0, b'<', ..]) {
+        return Err("is text in UTF-16 (expected UTF-8: save it in that encoding)".into());
+    }
     String::from_utf8(bytes).map_err(|e| {
         let line =
             e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count()

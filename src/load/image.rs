@@ -1,5 +1,6 @@
 //! Image files.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
@@ -20,20 +21,20 @@ use crate::texture::image::Texels;
 pub(super) fn load(path: &Path, limits: &Limits) -> Result<Image, String> {
     let bytes = fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
     let claim = |bytes| limits.claim(bytes).map_err(|error| format!("is too large: {error}"));
+    let sized = |bytes: &[u8], format| {
+        let size = image_size::checked(bytes, format)?;
+        claim(size.pixels())?;
+        other(bytes, format, size)
+    };
     let image = if bytes.starts_with(&EXR_MAGIC) {
         claim(promised_bytes(&bytes).map_err(|error| error.to_string())?)?;
         openexr(&bytes)?
+    } else if bytes.starts_with(b"#?") {
+        sized(&plain_radiance(&bytes), ImageFormat::Hdr)?
     } else {
         match image::guess_format(&bytes) {
-            Ok(
-                format @ (ImageFormat::Png
-                | ImageFormat::Jpeg
-                | ImageFormat::Bmp
-                | ImageFormat::Hdr),
-            ) => {
-                let size = image_size::checked(&bytes, format)?;
-                claim(size.pixels())?;
-                other(&bytes, format, size)?
+            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp)) => {
+                sized(&bytes, format)?
             }
             _ => {
                 return Err(
@@ -87,6 +88,30 @@ fn other(bytes: &[u8], format: ImageFormat, size: Size) -> Result<Image, String>
         _ => (3, Texels::Float(DynamicImage::into_rgb32f(picture).into_raw())),
     };
     Image::new(width, height, channels, texels).ok_or_else(|| "has no pixels".to_owned())
+}
+
+/// A file of Radiance with the header that the decoder asks for. Its first line may name any program, such as
+/// `#?RGBE`, and its lines may end as on Windows.
+fn plain_radiance(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let mut header = b"#?RADIANCE\n".to_vec();
+    let mut rest = bytes;
+    let (mut lines, mut after_blank) = (0, false);
+    while let Some(end) = rest.iter().position(|&b| b == b'\n') {
+        let line = rest[..end].strip_suffix(b"\r").unwrap_or(&rest[..end]);
+        rest = &rest[end + 1..];
+        if lines > 0 {
+            header.extend_from_slice(line);
+            header.push(b'\n');
+        }
+        lines += 1;
+        // The size stands below an empty line, and pixels below that.
+        if after_blank {
+            header.extend_from_slice(rest);
+            return Cow::Owned(header);
+        }
+        after_blank = line.is_empty();
+    }
+    Cow::Borrowed(bytes)
 }
 
 /// The channels `R`, `G` and `B`, or else `Y`, of the first layer that has them.

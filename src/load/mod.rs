@@ -15,6 +15,7 @@ use crate::scene::Description;
 mod assemble;
 mod bsdf;
 mod check;
+mod context;
 mod deformable;
 mod document;
 mod emitter;
@@ -26,6 +27,7 @@ mod image_size;
 mod indices;
 mod integrator;
 pub mod mesh;
+mod mesh_file;
 mod metals;
 mod nori;
 pub mod plugins;
@@ -47,6 +49,7 @@ mod work;
 #[cfg(test)]
 mod tests;
 
+pub use nori::{NoriX, UnknownSide};
 pub use problem::{LoadError, Position, Problem, Warning};
 
 use assemble::Notes;
@@ -62,6 +65,9 @@ pub struct LoadOptions {
     pub defines: Vec<(String, String)>,
     /// What meshes and images may take.
     pub limits: Limits,
+    /// Where the x axis of the camera points in a scene of Nori; `None` assumes the default, with a warning. Of
+    /// no effect on other scenes.
+    pub nori_x: Option<NoriX>,
 }
 
 /// A scene that was loaded.
@@ -112,7 +118,7 @@ fn load(
         return Err(LoadError::new(&notes.issues, &sources));
     };
     if is_nori {
-        nori::translate(&mut root, &mut notes.issues);
+        nori::translate(&mut root, options.nori_x, &mut notes);
     }
     upgrade::upgrade(&mut root, &sources, &mut notes.warnings);
     let graph = graph::build(&root, incomplete, &mut notes.issues);
@@ -122,6 +128,6 @@ fn load(
     fail_on_issues(&notes)?;
     Ok(Loaded {
         description: description.expect("a scene without issues is complete"),
-        warnings: notes.warnings.iter().map(|w| w.resolve(&sources)).collect(),
+        warnings: Issue::in_order(notes.warnings).iter().map(|w| w.resolve(&sources)).collect(),
     })
 }

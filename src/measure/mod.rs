@@ -25,7 +25,9 @@ pub mod series;
 pub mod statistics;
 pub mod store;
 pub mod summary;
+pub mod z_test;
 
 pub use flip::flip;
 pub use image::Image;
-pub use metrics::{Metrics, ZTest};
+pub use metrics::Metrics;
+pub use z_test::ZTest;

@@ -1,7 +1,7 @@
 //! Bytes of a file, decompressed if need be.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::Path;
 
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
@@ -25,6 +25,8 @@ pub(super) struct Source {
     /// As many bytes as are likely to; guards against absurd reservations.
     likely_size: u64,
     limits: Limits,
+    /// Bytes of a byte order mark that were passed over.
+    pub(super) skipped: u64,
 }
 
 impl Source {
@@ -38,7 +40,29 @@ impl Source {
         }
         let (largest_size, likely_size) = (stored, stored);
         let limits = limits.clone();
-        Ok(Self { reader: Box::new(reader), stored, largest_size, likely_size, limits })
+        Ok(Self { reader: Box::new(reader), stored, largest_size, likely_size, limits, skipped: 0 })
+    }
+
+    /// Opens a file that begins with text, behind the byte order mark of UTF-8 if it has one.
+    ///
+    /// # Errors
+    /// Those of the operating system; text in UTF-16, with or without a mark.
+    pub(super) fn text(path: &Path, limits: &Limits) -> Result<Self, Fault> {
+        let mut source = Self::open(path, limits)?;
+        let mut start = Vec::new();
+        (&mut source.reader).take(4).read_to_end(&mut start)?;
+        let is_utf16 = match start[..] {
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => true,
+            [a, 0, b, 0] | [0, a, 0, b] => [a, b].iter().all(|c| (b'\t'..=b'~').contains(c)),
+            _ => false,
+        };
+        if is_utf16 {
+            return Err(MeshProblem::Utf16.into());
+        }
+        let rest = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&start).to_vec();
+        source.skipped = (start.len() - rest.len()) as u64;
+        source.reader = Box::new(Cursor::new(rest).chain(source.reader));
+        Ok(source)
     }
 
     /// What a stream of zlib's at the start of `compressed`, of at most so many bytes, expands to.
@@ -59,6 +83,7 @@ impl Source {
             largest_size: stored.saturating_mul(LARGEST_EXPANSION).min(limit),
             likely_size: stored.saturating_mul(USUAL_EXPANSION).min(limit),
             limits: limits.clone(),
+            skipped: 0,
         }
     }
 

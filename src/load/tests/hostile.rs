@@ -30,6 +30,10 @@ fn hostile_scenes_take_steps_in_proportion() {
         let twice = |i: usize| format!("<default name='a{}' value='$a{i}$a{i}'/>", i + 1);
         format!("<default name='a0' value='xxxxxxxx'/>{}", numbered(&twice, n))
     };
+    let values = |n: usize| {
+        let long = format!("<default name='a' value='{}'/>", "x".repeat(60_000));
+        long + &"<default name='b' value='$a'/>".repeat(n)
+    };
     let parameters = |n: usize| {
         let own = |i: usize| format!("<default name='p{i}' value='{i}'/>");
         let used = |i: usize| format!("<shape type='$p{i}'/>");
@@ -51,11 +55,12 @@ fn hostile_scenes_take_steps_in_proportion() {
         )
     };
     let entities = "<!DOCTYPE x [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]>";
-    let cases: [(&str, usize, Text<'_>, &str); 12] = [
+    let cases: [(&str, usize, Text<'_>, &str); 13] = [
         ("nested", 5_000, &|n| scene(&nested(n)), "nested more than 64 deep"),
-        ("chain", 5_000, &|n| scene(&chain(n)), "inside bsdf `twosided` changes nothing"),
+        ("chain", 5_000, &|n| scene(&chain(n)), "inside each other more than 100 deep"),
         ("doubling", 30, &|n| scene(&doubling(n)), "inside bsdf `twosided` changes nothing"),
         ("defaults", 30, &|n| scene(&defaults(n)), "too long"),
+        ("values", 600, &|n| scene(&values(n)), "parameters add more than 33554432 bytes"),
         ("parameters", 5_000, &|n| scene(&parameters(n)), "is not supported"),
         ("undefined", 5_000, &|n| scene(&undefined(n)), "undefined parameter"),
         ("entities", 1, &|n| format!("{entities}{}", scene(&" ".repeat(n))), "DTD"),

@@ -1,5 +1,8 @@
 //! The text and place of every message.
 
+use std::fs;
+
+use super::super::{LoadOptions, load_scene};
 use super::{SENSOR, load};
 
 /// Blocks with a blank line between: what stands in the scene's second line, then what is to be said.
@@ -164,5 +167,30 @@ fn a_scene_without_light_says_so_once() {
         (format!("{ball}<integrator type='ao'/>"), ""),
     ] {
         assert_eq!(warnings(&content), expected, "{content}");
+    }
+}
+
+/// Scenes begin with a byte order mark where Windows wrote them; in UTF-16 they are not read, and it is said why.
+#[test]
+fn encodings_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.xml");
+    let text = format!("<scene version='3.0.0'>{SENSOR}</scene>");
+    let load = |bytes: Vec<u8>| {
+        fs::write(&path, bytes).expect("can be written");
+        load_scene(&path, &LoadOptions::default()).map(|_| ())
+    };
+    assert_eq!(load(format!("\u{feff}{text}").into_bytes()), Ok(()));
+    for mark in ["", "\u{feff}"] {
+        for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+            let utf_16 = format!("{mark}{text}").encode_utf16().flat_map(bytes).collect();
+            let error = load(utf_16).expect_err("not read").to_string();
+            assert!(
+                error.ends_with(
+                    "scene.xml: is text in UTF-16 (expected UTF-8: save it in that encoding)"
+                ),
+                "{error}"
+            );
+        }
     }
 }

@@ -13,6 +13,8 @@ mod meanings;
 mod meshes;
 mod messages;
 mod nori;
+mod ranges;
+mod sharing;
 mod textures;
 
 const SENSOR: &str = "<sensor type=\"perspective\"/>";

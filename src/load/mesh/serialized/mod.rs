@@ -135,6 +135,7 @@ impl Mesh {
             normals: Vec::with_capacity(if keeps_normals { room } else { 0 }),
             uvs: Vec::with_capacity(if has_uvs { room } else { 0 }),
             triangles: Vec::with_capacity(source.plausible(triangles, 12)),
+            ..Buffers::default()
         };
         self.vectors("vertex", vertices, |[x, y, z]| {
             buffers.positions.push(placement.position(DVec3::new(x, y, z)));
