@@ -14,7 +14,7 @@ use telamon::measure::plan::{self, Candidate, Design, Variation};
 use telamon::measure::record::{Origin, Record, ReferenceOrigin};
 use telamon::measure::store::{Store, load_image};
 use telamon::measure::summary::Findings;
-use telamon::measure::{Image, crops, report};
+use telamon::measure::{Image, crops, report, search};
 use telamon::scene::Description;
 use telamon::scene::settings::Crop;
 
@@ -43,7 +43,10 @@ const HELP: &str = "Ctrl-C stops and keeps what was measured; with --report the 
          their series is noisiest) and they are more than 1e-6 of the reference's mean, which rounding explains; light \
          that none of its samples has met counts as bias. Efficiency is 1/(MSE * seconds), or 1/(trimmed * seconds), over \
          that of the base with as many samples; Welch's t-test of its logarithm tells settings apart (0.01 for \
-         all). The slope is that of log RMSE over log samples, -0.5 for an unbiased estimator with independent \
+         all). The first sentence is about the fewest samples that were measured and enough; in brackets are the \
+         fewest and the most that it may take (Student's t over seeds), of which the most were measured too. What \
+         takes more than was measured is said to, with what the slope and its error over three numbers of samples \
+         or more leave. The slope is that of log RMSE over log samples, -0.5 for an unbiased estimator with independent \
          samples.\n\n{HELP}"
     )
 )]
@@ -115,15 +118,15 @@ pub(super) struct Arguments {
     )]
     reference_spp: Option<u32>,
 
-    /// relMSE that the verdict is about
+    /// Find out with how many samples, and when, each setting comes to this relMSE: further numbers of samples are
+    /// measured, up to four times the most [default: 0.01, by what is measured anyhow]
     #[arg(
         long,
         value_name = "RELMSE",
-        default_value_t = 0.01,
         value_parser = values::positive,
-        help_heading = "Output"
+        help_heading = "Experiment"
     )]
-    target: f64,
+    target: Option<f64>,
 
     /// Folder for the report, and for all runs as JSON and CSV; one that holds a part of the same
     /// experiment is completed
@@ -135,10 +138,18 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
+/// relMSE that the verdict is about unless another is asked for.
+const TARGET: f64 = 0.01;
+/// How many times the most samples of any setting are measured in search of a target.
+const FARTHEST: u32 = 4;
+
 /// What is measured, and how.
 struct Experiment {
     base: Setting,
+    /// Those that were asked for, then those that the search for the target has added.
     candidates: Vec<Candidate>,
+    /// How many were asked for.
+    planned: usize,
     record: Record,
     store: Option<Store>,
 }
@@ -168,6 +179,7 @@ impl Arguments {
             return Ok(Ending::Interrupted);
         };
         self.measure(&mut bench, &mut experiment, &reference, &cancel)?;
+        self.search(&mut bench, &mut experiment, &reference, &cancel)?;
         self.conclude(&mut bench, &experiment, &reference, &cancel)?;
         let interrupted = cancel.load(Ordering::Relaxed);
         Ok(if interrupted { Ending::Interrupted } else { Ending::Done })
@@ -247,7 +259,10 @@ impl Arguments {
         if !record.commands.contains(&command) {
             record.commands.push(command);
         }
-        Ok(Experiment { base, candidates, record, store })
+        let planned = candidates.len();
+        let mut candidates = candidates;
+        plan::adopt(&mut candidates, record.runs.iter().map(|r| r.setting.as_str()));
+        Ok(Experiment { base, candidates, planned, record, store })
     }
 
     /// The picture to measure against; `None` if Ctrl-C came before it was done.
@@ -346,6 +361,37 @@ impl Arguments {
         Ok(())
     }
 
+    /// Measures further numbers of samples until it is known when each series comes to the target that was asked
+    /// for, or Ctrl-C.
+    fn search(
+        &self,
+        bench: &mut Bench<'_>,
+        experiment: &mut Experiment,
+        reference: &Image,
+        cancel: &AtomicBool,
+    ) -> Result<(), Failure> {
+        let Some(target) = self.target else { return Ok(()) };
+        let planned = &experiment.candidates[..experiment.planned];
+        let most = planned.iter().map(|c| c.setting.samples_per_pixel).max().unwrap_or(1);
+        let told = match experiment.record.origin.reference {
+            // With more it would be the reference whose noise is seen.
+            ReferenceOrigin::Rendered { samples_per_pixel } => samples_per_pixel / 4,
+            ReferenceOrigin::File { .. } => u32::MAX,
+        };
+        let most = most.saturating_mul(FARTHEST).min(told).max(most);
+        while !cancel.load(Ordering::Relaxed) {
+            let Experiment { candidates, record, .. } = &experiment;
+            let findings = Findings::of(candidates, &record.runs, mean_error(reference));
+            let next = search::next(&findings, candidates, &record.runs, target, most);
+            if next.is_empty() {
+                break;
+            }
+            experiment.candidates.extend(next);
+            self.measure(bench, experiment, reference, cancel)?;
+        }
+        Ok(())
+    }
+
     /// Shows and writes what was found.
     fn conclude(
         &self,
@@ -354,14 +400,24 @@ impl Arguments {
         reference: &Image,
         cancel: &AtomicBool,
     ) -> Result<(), Failure> {
-        let Experiment { candidates, record, store, .. } = experiment;
+        let Experiment { candidates, planned, record, store, .. } = experiment;
+        let target = self.target.unwrap_or(TARGET);
+        // What the search had just begun says nothing.
+        let runs_of = |c: &Candidate| {
+            let label = c.label();
+            record.runs.iter().filter(|r| r.setting == label).count()
+        };
+        let begun = candidates.iter().zip(0..).filter(|&(c, i)| i < *planned || runs_of(c) > 1);
+        let mut candidates: Vec<Candidate> = begun.map(|(c, _)| c.clone()).collect();
+        candidates[*planned..].sort_by_key(|c| (c.series(), c.setting.samples_per_pixel));
+        let candidates = &candidates;
         let findings = Findings::of(candidates, &record.runs, mean_error(reference));
         let enough = findings.settings.iter().all(|s| s.runs > 1);
         if findings.settings.is_empty() || !enough {
             say("too few runs to say anything: two of each setting are needed");
             return Ok(());
         }
-        let sentences = report::verdict(&findings, &record.runs, self.target);
+        let sentences = report::verdict(&findings, &record.runs, target);
         let mut text = rows(&findings);
         text += "\n";
         for sentence in &sentences {
@@ -370,8 +426,8 @@ impl Arguments {
         print(text.as_bytes())?;
         if let Some(store) = store {
             let subject = (&findings, record.runs.as_slice());
-            let shots = crops::take(bench, candidates, subject, reference, self.target, cancel);
-            let page = report::html(record, &findings, &sentences, shots.as_ref(), self.target);
+            let shots = crops::take(bench, candidates, subject, reference, target, cancel);
+            let page = report::html(record, &findings, &sentences, shots.as_ref(), target);
             let path = store.save_findings(&findings, &page)?;
             say(&format!("report: {}", path.display()));
         }
