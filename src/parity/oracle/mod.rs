@@ -61,6 +61,8 @@ mod triangle;
 mod truth;
 
 #[cfg(test)]
+mod bound_tests;
+#[cfg(test)]
 mod tests;
 
 pub use span::Span;

@@ -1,15 +1,16 @@
 //! `telamon measure`.
 
+mod shown;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use clap::Args;
 use flate2::Crc;
 use telamon::film::exr::Metadata;
-use telamon::measure::bench::{Bench, Run, mean_error, render_reference};
-use telamon::measure::knobs::{KNOBS, KnobError, Setting};
+use telamon::measure::bench::{Bench, mean_error, render_reference};
+use telamon::measure::knobs::{KnobError, Setting};
 use telamon::measure::plan::{self, Candidate, Design, Variation};
 use telamon::measure::record::{Origin, Record, ReferenceOrigin};
 use telamon::measure::store::{Store, load_image};
@@ -22,9 +23,9 @@ use super::definitions::METRICS;
 use super::machine::{self, ProcessMemory};
 use super::message::{Failure, say, warn};
 use super::progress::Runs;
-use super::table::table;
 use super::values::{self, Size};
 use super::{Ending, Input, interrupt, print};
+use shown::{knobs_help, message, remaining, rows};
 
 const HELP: &str = "Ctrl-C stops and keeps what was measured; with --report the same command goes on from there.\n\n\
                     Example: telamon measure scene.xml --vary strategy=bsdf,emitter,mis_power --vary spp=4,8,16,32 \
@@ -442,103 +443,4 @@ fn crc32(path: &Path) -> Result<u32, Failure> {
     let mut crc = Crc::new();
     crc.update(&contents);
     Ok(crc.sum())
-}
-
-/// Seconds that the runs in `order` will take, from those of the same setting so far, or else from the
-/// time of a sample; `None` before the first.
-fn remaining(
-    runs: &[Run],
-    candidates: &[Candidate],
-    labels: &[String],
-    order: &[plan::Slot],
-) -> Option<f64> {
-    let mean = |label: &str| {
-        let times: Vec<f64> =
-            runs.iter().filter(|r| r.setting == label).map(|r| r.seconds).collect();
-        (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
-    };
-    let known: Vec<Option<f64>> = labels.iter().map(|label| mean(label)).collect();
-    let samples = |c: usize| f64::from(candidates[c].setting.samples_per_pixel);
-    let each: Vec<f64> =
-        (0..labels.len()).filter_map(|c| known[c].map(|t| t / samples(c))).collect();
-    let rate = each.iter().sum::<f64>() / each.len() as f64;
-    let time = |&(c, _): &plan::Slot| known[c].unwrap_or(rate * samples(c));
-    (!each.is_empty()).then(|| order.iter().map(time).sum())
-}
-
-fn message(label: &str, left: Option<f64>) -> String {
-    let left = left.map_or(String::new(), |seconds| {
-        let seconds = Duration::from_secs(seconds.ceil() as u64);
-        format!("{} left  ", indicatif::HumanDuration(seconds))
-    });
-    format!("{left}{label}")
-}
-
-/// The table of all settings.
-fn rows(findings: &Findings) -> String {
-    use report::{rough, significant};
-    let names = [
-        "setting",
-        "spp",
-        "seconds",
-        "Mrays/s",
-        "RMSE",
-        "relMSE",
-        "trimmed",
-        "FLIP",
-        "bias",
-        "efficiency",
-        "trimmed",
-        "memory",
-    ];
-    let mut rows = vec![names.map(str::to_owned).to_vec()];
-    for s in &findings.settings {
-        let spread = |s: telamon::measure::summary::Spread| {
-            format!("{} ± {}", significant(s.mean), rough(s.deviation))
-        };
-        let biased = if s.bias.is_biased { " BIASED" } else { "" };
-        rows.push(vec![
-            s.setting.clone(),
-            s.samples_per_pixel.to_string(),
-            format!(
-                "{} ({}–{})",
-                significant(s.seconds.value),
-                rough(s.seconds.low),
-                rough(s.seconds.high)
-            ),
-            format!("{:.2}", s.rays / s.seconds.value * 1e-6),
-            significant(s.rmse),
-            spread(s.rel_mse),
-            significant(s.rel_mse_trimmed.mean),
-            spread(s.flip),
-            format!("{}{biased}", report::bias(&s.bias)[0]),
-            report::compared(s, s.compared),
-            report::compared(s, s.compared_trimmed),
-            s.peak_bytes.map_or(String::new(), |b| format!("{} MB", b / 1_000_000)),
-        ]);
-    }
-    let numbers: Vec<usize> = (1..names.len()).collect();
-    table(&rows, &numbers)
-        + "\n  efficiency: 1/(MSE·s) over that of the base with as many samples, and its 95 % interval; ~ if not \
-           told apart,\n  ≥ if the error is too small for the reference to tell.\n  trimmed: relMSE without the worst \
-           0.1 % of pixels, and the efficiency by that\n"
-}
-
-/// The knobs with their values.
-fn knobs_help() -> String {
-    use telamon::intersect::{Accel, Backend};
-    let mut help = "Knob to vary, with the values that it is to have, separated by commas; may be repeated. What \
-                    a setting has no use for is left out. Knobs:"
-        .to_owned();
-    for knob in KNOBS {
-        help += &format!("\n  {}: {}", knob.name, knob.values);
-    }
-    for &backend in Backend::AVAILABLE {
-        for (key, values) in Accel::modes(backend) {
-            help += &format!("\n  {key}: one of: {} (backend {backend})", values.join(", "));
-        }
-    }
-    help += "\nAnother filter, max_depth, integrator or clamp than the reference's makes another picture, and that \
-             counts as error.";
-    help
 }
