@@ -136,14 +136,14 @@ fn a_depth_limit_is_named_as_biased() {
     let choose = |base: &Setting| {
         candidates(base, &[vary("max_depth", "2,4,-1")], Design::Grid).expect("valid")
     };
-    let (_, findings) = experiment(choose, 8, 512);
+    let (runs, findings) = experiment(choose, 8, 512);
     let biased: Vec<_> =
         findings.settings.iter().filter(|s| s.bias.is_biased).map(|s| &s.setting).collect();
     assert_eq!(biased, ["max_depth=2", "max_depth=4"]);
     assert!(findings.settings[0].bias.relative < -0.1, "{:?}", findings.settings[0].bias);
     assert!(findings.base().is_some_and(|b| b.setting == "max_depth=-1"));
     // The verdict says so, and does not recommend them.
-    let sentences = telamon::measure::report::verdict(&findings, &[], 0.01);
+    let sentences = telamon::measure::report::verdict(&findings, &runs, 0.01);
     assert!(
         sentences.iter().any(|s| s.starts_with("\"max_depth=2\" is biased: ")),
         "{sentences:?}"
@@ -267,7 +267,7 @@ fn an_experiment_is_shown_kept_and_continued() {
     for part in [
         "strategy=bsdf, spp=1 ",
         "strategy=mis_power, spp=4 ",
-        "\nrelMSE 0.01 is reached in ",
+        "\nAn error of 10 % of a pixel's brightness (relMSE 0.01) takes ",
         "From 2 seeds for each setting. ",
     ] {
         assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
@@ -320,7 +320,7 @@ fn scenes_without_noise_or_light_are_judged_soundly() {
     let exact = "Errors of less than half the reference's own noise, which are hardly known and count as that \
                  half: \"strategy=bsdf, spp=1\"; ";
     for (name, scene, expected) in [
-        ("dark", dark, "relMSE 0.01 is reached in "),
+        ("dark", dark, "An error of 10 % of a pixel's brightness (relMSE 0.01) takes "),
         ("furnace", furnace, exact),
         ("point", point, "\"strategy=bsdf, spp=1\" is biased: its mean is off by −100 % ± "),
     ] {

@@ -1,6 +1,5 @@
 //! `telamon parity`.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -12,18 +11,20 @@ use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
 use telamon::load::{LoadOptions, NoriX, load_scene};
 use telamon::memory::Limits;
 use telamon::parity::{
-    self, Budget, Contender, Generated, RaySource, RecordWriter, Recorded, View,
+    self, Budget, Contender, Generated, MixedScales, Oracle, RaySource, RecordWriter, Recorded,
+    View,
 };
 use telamon::shape::Shape;
 
 use super::message::{self, Failure, warn};
-use super::progress::{Bar, millions_per_second};
+use super::progress::{Bar, rays_per_second};
 use super::{Ending, Resources, interrupt, print, values};
 
 /// Fire the same rays through all engines and settle where they disagree
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Exit status 1: an engine has more faults (leaks, false and wrong hits) than its budget. \
+    after_help = "Exit status 1: an engine has more faults (leaks, false and wrong hits, wrong distances) than its \
+                  budget. \
                   Ctrl-C ends the run and shows the table so far.\n\n\
                   Example: telamon parity mesh.ply --rays 1e7 --report disagreements.jsonl"
 )]
@@ -126,6 +127,9 @@ impl Arguments {
     fn compare(&self) -> Result<Ending, Failure> {
         let limits = self.resources.limits();
         let Subject { shapes, view } = self.load(&limits)?;
+        if let Some(mixed) = MixedScales::of(&shapes) {
+            warn(format!("{}: {mixed}", self.input.display()));
+        }
         let rays: Box<dyn RaySource> = match &self.replay {
             Some(path) => Box::new(Recorded::read(path)?),
             None => Box::new(Generated::new(&shapes, view, self.seed, self.rays)),
@@ -143,42 +147,48 @@ impl Arguments {
                 ..Contender::new(engine.as_ref())
             })
             .collect();
+        let oracle = Oracle::new(&shapes);
+
+        // Until here there is nothing to be kept, and a signal ends the process at once.
+        let cancel = interrupt::watch()?;
         let mut recorder =
             self.report.as_deref().map(|p| RecordWriter::create(p, &contenders)).transpose()?;
         let mut failure: Option<OutputError> = None;
-
-        let cancel = interrupt::watch()?;
         let bar = Bar::new(self.quiet);
         let total = rays.count();
-        let report = parity::run(&shapes, &contenders, rays.as_ref(), &mut |progress| {
+        let mut on_progress = |progress: parity::Progress| {
             bar.show(progress.done, progress.total, |elapsed| {
-                format!("{} Mrays/s", millions_per_second(progress.done, elapsed))
+                rays_per_second(progress.done, elapsed)
             });
             if let Some(recorder) = &mut recorder {
                 let written = progress.disagreements.iter().try_for_each(|d| recorder.write(d));
                 failure = written.err();
             }
-            if failure.is_some() || cancel.load(Ordering::Relaxed) {
-                return ControlFlow::Break(());
+            if failure.is_some() {
+                cancel.store(true, Ordering::Relaxed);
             }
-            ControlFlow::Continue(())
-        });
+        };
+        let report = parity::run(&oracle, &contenders, rays.as_ref(), &mut on_progress, &cancel);
         bar.finish();
         if let Some(failure) = failure {
             return Err(failure.into());
         }
         recorder.map_or(Ok(()), RecordWriter::finish)?;
         print(report.to_string().as_bytes())?;
+        let is_complete = report.rays == total;
+        if !is_complete {
+            warn(format!("interrupted: the table is about {} of {total} rays", report.rays));
+        }
         let mut over: Vec<_> = report.over_budget().map(|row| row.name.as_str()).collect();
         over.dedup();
-        if !over.is_empty() {
-            return Err(OverBudget(over.join("; ")).into());
+        let over = (!over.is_empty()).then(|| OverBudget(over.join("; ")));
+        match over {
+            Some(over) if is_complete => Err(over.into()),
+            over => {
+                over.iter().for_each(|over| warn(over.to_string()));
+                Ok(if is_complete { Ending::Done } else { Ending::Interrupted })
+            }
         }
-        if report.rays < total {
-            warn(format!("interrupted: the table is about {} of {total} rays", report.rays));
-            return Ok(Ending::Interrupted);
-        }
-        Ok(Ending::Done)
     }
 
     /// Which reader a file wants is said by its name, a last `.gz` aside.

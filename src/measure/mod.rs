@@ -11,6 +11,7 @@
 pub mod bench;
 pub mod bias;
 pub mod crops;
+mod curve;
 pub mod efficiency;
 pub mod false_color;
 pub mod flip;
@@ -21,6 +22,7 @@ pub mod plan;
 pub mod reach;
 pub mod record;
 pub mod report;
+pub mod search;
 pub mod series;
 pub mod statistics;
 pub mod store;
