@@ -66,4 +66,10 @@ impl Bsdf for Blend {
         let [a, b] = &self.materials;
         a.albedo(place, wi) * weights[0] + b.albedo(place, wi) * weights[1]
     }
+
+    fn interface(&self) -> Option<f32> {
+        let [a, b] = self.materials.each_ref().map(|material| material.interface());
+        // Glass is harder to please.
+        a.filter(|&eta| eta != 1.0).or(b).or(a)
+    }
 }

@@ -125,10 +125,7 @@ impl Integrator for Path {
             let Some(sample) = s.directions.sample(&shading, u) else {
                 break;
             };
-            let direction = shading.onward(&sample);
-            if !shading.sides_agree(sample.wo, direction) {
-                break;
-            }
+            let Some(direction) = shading.onward(&sample) else { break };
             unscattered &= sample.lobe == Lobe::Null;
             throughput *= sample.weight;
             eta *= sample.eta;
