@@ -36,9 +36,10 @@ pub enum Normals {
 /// What is done about normals that no surface could have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PerturbedOptions {
-    /// Turn a normal that would be seen from behind half round the shading normal (Schüssler et al. 2017).
+    /// Turn a normal that would be seen from behind half round the shading normal (Schüssler et al. 2017). For
+    /// materials with an [`Bsdf::interface`], also bend one that would lose light ([`shading_normal`]).
     pub flip_invalid_normals: bool,
-    /// Darken what leaves at angles that the unperturbed surface would nearly hide: Conty Estevez, Lecocq and
+    /// Darken what leaves, but by delta lobes, at angles that the unperturbed surface would nearly hide: Conty Estevez, Lecocq and
     /// Stein, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem" (2019).
     pub use_shadowing_function: bool,
 }
