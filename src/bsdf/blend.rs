@@ -13,6 +13,8 @@ pub struct Blend {
     materials: [Box<dyn Bsdf>; 2],
     /// Found once: materials inside materials that share parts would be asked exponentially often.
     flags: Flags,
+    /// Found once, for the same reason.
+    interface: Option<f32>,
 }
 
 impl Blend {
@@ -22,7 +24,10 @@ impl Blend {
         let weight = weight.into();
         let [a, b] = &materials;
         let flags = a.flags().union(b.flags()).textured(&weight);
-        Self { weight, materials, flags }
+        // Glass is harder to please.
+        let [of_a, of_b] = materials.each_ref().map(|material| material.interface());
+        let interface = of_a.filter(|&eta| eta != 1.0).or(of_b).or(of_a);
+        Self { weight, materials, flags, interface }
     }
 
     /// The fractions of both.
@@ -69,5 +74,9 @@ impl Bsdf for Blend {
         let weights = self.weights(place);
         let [a, b] = &self.materials;
         a.albedo(place, wi) * weights[0] + b.albedo(place, wi) * weights[1]
+    }
+
+    fn interface(&self) -> Option<f32> {
+        self.interface
     }
 }

@@ -57,4 +57,8 @@ impl Bsdf for Mask {
         let opacity = self.opacity(place);
         self.material.albedo(place, wi) * opacity + Rgb::splat(1.0 - opacity)
     }
+
+    fn interface(&self) -> Option<f32> {
+        self.material.interface()
+    }
 }

@@ -22,6 +22,7 @@ pub mod plastic;
 pub mod rough_conductor;
 pub mod rough_dielectric;
 pub mod rough_plastic;
+pub mod shading_normal;
 pub mod thin_dielectric;
 pub mod twosided;
 
@@ -64,6 +65,13 @@ pub trait Bsdf: Debug + Send + Sync {
     /// closed form exists; a rough interface counts as a smooth one.
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb;
 
+    /// The interface that reflects around the mirror direction, smooth or rough, or refracts: the refractive index
+    /// on the side that the normal points away from over that on the other, 1 if nothing is refracted. `None`
+    /// without one. It decides which shading normals are valid ([`shading_normal`]).
+    fn interface(&self) -> Option<f32> {
+        None
+    }
+
     /// Name of the material's type, for reports.
     fn kind(&self) -> &'static str {
         type_word::<Self>()
@@ -90,6 +98,10 @@ impl Bsdf for Arc<dyn Bsdf> {
 
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         self.as_ref().albedo(place, wi)
+    }
+
+    fn interface(&self) -> Option<f32> {
+        self.as_ref().interface()
     }
 
     fn kind(&self) -> &'static str {

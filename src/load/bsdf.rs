@@ -164,14 +164,14 @@ const FLIP_INVALID_NORMALS: PropertyInfo = property(
     "flip_invalid_normals",
     Kind::Boolean,
     Default::Boolean(true),
-    "turn round normals that are seen from behind",
+    "turn round normals that are seen from behind, and bend those that would mirror or refract light to the wrong side",
 );
 
 const USE_SHADOWING_FUNCTION: PropertyInfo = property(
     "use_shadowing_function",
     Kind::Boolean,
     Default::Boolean(true),
-    "darken what leaves at flat angles, instead of cutting it off",
+    "darken what leaves at flat angles, except by smooth interfaces, instead of cutting it off",
 );
 
 pub(super) static BUMP_MAP: Plugin = Plugin {

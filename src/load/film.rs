@@ -59,6 +59,12 @@ pub(super) static HDRFILM: Plugin = Plugin {
             Default::Boolean(false),
             "read and not needed: sums are always kept precisely",
         ),
+        property(
+            "banner",
+            Kind::Boolean,
+            Default::Boolean(false),
+            "read and not needed: pictures have none, as in Mitsuba 3",
+        ),
     ],
     parts: &[Part::optional(Category::Filter)],
     build: Build::Film(film),

@@ -16,6 +16,7 @@ mod lights;
 mod limits;
 mod queries;
 mod replay;
+mod shading_normals;
 
 /// Half the spacing of f32 at 1: the largest relative error of one rounding.
 const ULP: f32 = f32::EPSILON / 2.0;
