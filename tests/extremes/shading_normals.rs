@@ -29,6 +29,9 @@ use crate::support::stats::Moments;
 
 type Material = Box<dyn Bsdf>;
 
+/// What makes the same material again.
+type Maker = fn() -> Material;
+
 /// The unit sphere with the normals of a sphere at its vertices, or flat.
 fn sphere(rings: u32, segments: u32, smooth: bool) -> Arc<dyn Shape> {
     let flat = sphere_mesh(DVec3::ZERO, 1.0, rings, segments);
@@ -153,7 +156,7 @@ fn rough_materials_lose_little_more_than_with_flat_normals() {
     fn coat() -> Coat {
         Coat::new(1.5, 1.0, Rgb::ONE, Rgb::ONE, false)
     }
-    let materials: [(&str, fn() -> Material); 7] = [
+    let materials: [(&str, Maker); 7] = [
         ("rough mirror 0.1", || rough_mirror(0.1)),
         ("rough mirror 0.3", || rough_mirror(0.3)),
         ("rough glass 0.1", || rough_glass(0.1)),

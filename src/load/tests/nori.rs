@@ -149,9 +149,11 @@ fn cameras_have_counterparts() {
 /// Which side is assumed is said, unless the user says it.
 #[test]
 fn the_side_of_the_x_axis_can_be_chosen() {
+    let light = "<emitter type='point'><color name='power' value='1 1 1'/></emitter></scene>";
+    let text = scene("").replace("</scene>", light);
     let load = |nori_x| -> Loaded {
         let options = LoadOptions { nori_x, ..LoadOptions::default() };
-        load_text(&scene(""), "scene.xml".as_ref(), &options).expect("valid")
+        load_text(&text, "scene.xml".as_ref(), &options).expect("valid")
     };
     let camera = |loaded: &Loaded| format!("{:?}", loaded.description.camera);
     let [assumed, right, left] = [None, Some(NoriX::Right), Some(NoriX::Left)].map(load);

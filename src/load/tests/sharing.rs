@@ -8,7 +8,7 @@ use crate::texture::Texture;
 const DEEP: usize = 60;
 
 fn scene(content: &str) -> String {
-    format!("<scene version='3.0.0'>{content}{SENSOR}</scene>")
+    format!("<scene version='3.0.0'>{content}<emitter type='constant'/>{SENSOR}</scene>")
 }
 
 fn chain(length: usize, link: impl Fn(usize) -> String) -> String {
@@ -47,6 +47,26 @@ fn materials_of_materials() {
         warnings,
         [warning(&format!("b{DEEP}"), 1 << DEEP), warning(&format!("m{HALF}"), 1 << HALF)]
     );
+}
+
+/// What decides about shading normals is known of shared materials too, and found in time.
+#[test]
+fn interfaces_of_shared_materials() {
+    let blends = chain(DEEP, |i| {
+        let inner = format!("<ref id='b{0}'/><ref id='b{0}'/>", i - 1);
+        format!("<bsdf type='blendbsdf' id='b{i}'><float name='weight' value='.5'/>{inner}</bsdf>")
+    });
+    let indices = "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>";
+    let loaded = load(&scene(&format!(
+        "<bsdf type='dielectric' id='b0'>{indices}</bsdf>{blends}\
+         <bsdf type='mask' id='m'><ref id='b0'/></bsdf>\
+         <shape type='disk'><ref id='b{DEEP}'/></shape><shape type='disk'><ref id='m'/></shape>"
+    )))
+    .expect("valid");
+    let scene = &loaded.description.scene;
+    for object in scene.objects() {
+        assert_eq!(scene.bsdfs()[object.bsdf].interface(), Some(1.5));
+    }
 }
 
 #[test]
