@@ -61,6 +61,7 @@ pub mod intersect;
 pub mod load;
 pub mod math;
 pub mod measure;
+pub mod memory;
 pub mod parity;
 pub mod ray;
 pub mod render;

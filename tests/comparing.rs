@@ -115,6 +115,55 @@ fn differences_beyond_noise_are_told() {
     assert_eq!(run.stderr, "");
 }
 
+/// Infinities and NaN on one side are no agreement, in colours, in variances and in other layers.
+#[test]
+fn what_is_not_finite_never_agrees() {
+    let folder = Folder::new();
+    let last = |a: &str, b: &str| {
+        let run = folder.succeed(&format!("compare {a} {b}"));
+        (run.stdout.lines().last().expect("a line").to_owned(), run.stderr)
+    };
+    write(&folder, "good.exr", 0, &[1.0, 0.5], Some(1.0));
+    write(&folder, "bright.exr", 0, &[1.0, f32::INFINITY], Some(1.0));
+    let (verdict, warning) = last("good.exr", "bright.exr");
+    assert_eq!(
+        verdict,
+        "A and B differ by more than their noise: 0 of 3 numbers differ beyond chance (p < 3.34e-3 each, 0.01 for \
+         all; 0.25 % may). Mean z squared 0.000. 3 more numbers are finite in one of them only."
+    );
+    assert_eq!(warning, "warning: `good.exr`: pixels that are not finite and are left out: 1\n");
+    write(&folder, "single.exr", 0, &[1.0, 0.5], Some(f32::INFINITY));
+    let (verdict, warning) = last("single.exr", "good.exr");
+    assert_eq!(
+        verdict,
+        "A and B cannot be said to agree: 0 of 0 numbers differ beyond chance (p < 1.00e-2 each, 0.01 for all; \
+         0.25 % may). Mean z squared unknown. 6 more numbers or their variances are not finite, so that nothing \
+         can be said of them."
+    );
+    for c in ["R", "G", "B"] {
+        let line = format!("layer `variance.{c}`: numbers that are finite in one picture only: 2");
+        assert!(warning.contains(&line), "{warning}");
+    }
+    let error = folder.fail("compare good.exr single.exr", 1);
+    assert_eq!(
+        error.lines().last().expect("a line").to_owned() + "\n",
+        "error: `good.exr`: no pixel is finite in both pictures, with a finite variance in the reference\n"
+    );
+    // A layer that the test does not use.
+    for (name, depth) in [("near.exr", 1.0), ("far.exr", f32::INFINITY)] {
+        write(&folder, name, 0, &[1.0, 0.5], Some(1.0));
+        let mut picture = read_exr(&folder.path(name)).expect("readable");
+        picture.channels.push(Channel::new("depth.T", Values::Float(vec![depth, 2.0])));
+        write_exr(&folder.path(name), &picture, &Metadata::default()).expect("writable");
+    }
+    let (verdict, warning) = last("near.exr", "far.exr");
+    assert!(verdict.starts_with("A and B cannot be said to agree: 0 of 6 numbers"), "{verdict}");
+    assert!(
+        warning.contains("layer `depth.T`: numbers that are finite in one picture only: 1"),
+        "{warning}"
+    );
+}
+
 /// Samples that are spread evenly say less of the noise of their mean.
 #[test]
 fn even_samples_are_pointed_out() {

@@ -226,6 +226,61 @@ fn policies_and_strategies_have_one_mean() {
     }
 }
 
+/// Several shadow rays at each surface and several paths from the first have the mean of one of each, for all
+/// strategies: the counts are in the weights.
+#[test]
+fn several_samples_have_the_mean_of_one() {
+    let scene = varied_room();
+    let short =
+        PathSettings { roulette: NO_ROULETTE, max_depth: Some(5), ..PathSettings::default() };
+    // Other numbers for the reference, so that the two means are independent.
+    let reference = Moments::of(estimates(&scene, &path(short), 240_000).split_off(60_000));
+    for strategy in STRATEGIES {
+        for (emitter_samples, bsdf_samples) in [(4, 1), (1, 3), (5, 2)] {
+            let variant = PathSettings { strategy, emitter_samples, bsdf_samples, ..short };
+            let moments = Moments::of(estimates(&scene, &path(variant), 60_000));
+            let difference = moments.mean() - reference.mean();
+            let error = moments.standard_error().hypot(reference.standard_error());
+            // 0.01 shared by twelve two-sided tests: 3.35 standard errors.
+            assert!(difference.abs() < 3.35 * error, "{variant:?}: {difference} ± {error}");
+            // It can fail, except where directions alone find a small lamp: 10 % more light is seen.
+            let wrong = difference + 0.1 * moments.mean();
+            let seen = wrong.abs() > 3.35 * error;
+            assert!(seen || strategy == Strategy::Bsdf, "{variant:?}: {wrong} ± {error}");
+        }
+    }
+}
+
+/// Along one ray direct light has the variance of one sample, divided by their number, if there is one technique; by
+/// two it is less than by one sample of each.
+#[test]
+fn several_samples_have_less_variance() {
+    const COUNT: u32 = 40_000;
+    let scene = varied_room();
+    let engine = engine(&scene, Backend::default());
+    let variance = |strategy, emitter_samples, bsdf_samples| {
+        let direct = PathSettings { strategy, max_depth: Some(2), ..PathSettings::default() };
+        let settings = path(PathSettings { emitter_samples, bsdf_samples, ..direct });
+        let integrator = build(&settings, &scene).0.expect("makes a picture");
+        let (sampler, mut tracer) = (Independent::new(6), Tracer::new(&scene, engine.as_ref()));
+        let values = (0..COUNT).map(|i| {
+            let ray = Ray::new(Vec3A::new(0.1, -0.2, 0.05), Vec3A::new(0.3, -1.0, 0.2).normalize());
+            let mut numbers = PathSampler::new(&sampler, i, 0);
+            f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
+        });
+        Moments::of(values).standard_error().powi(2) * f64::from(COUNT)
+    };
+    // A sample variance of values between 0 and a few means is off by 2 % or less here.
+    let about = |found: f64, expected: f64| (found / expected - 1.0).abs() < 0.1;
+    let by_lights = variance(Strategy::Emitter, 1, 1);
+    assert!(about(variance(Strategy::Emitter, 4, 1), by_lights / 4.0));
+    let by_materials = variance(Strategy::Bsdf, 1, 1);
+    assert!(about(variance(Strategy::Bsdf, 1, 4), by_materials / 4.0));
+    assert!(!about(variance(Strategy::Bsdf, 1, 3), by_materials / 4.0), "cannot fail");
+    let by_both = Strategy::Mis(MisHeuristic::Power);
+    assert!(variance(by_both, 4, 4) < 0.3 * variance(by_both, 1, 1));
+}
+
 /// A white sphere under a white sky vanishes: every path carries exactly 1, whatever it meets.
 #[test]
 fn white_things_vanish_in_a_white_sky() {

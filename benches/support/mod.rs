@@ -94,7 +94,7 @@ impl SceneFile {
     }
 
     pub(crate) fn load(&self) -> Outcome<Description> {
-        let options = LoadOptions { defines: self.defines.clone() };
+        let options = LoadOptions { defines: self.defines.clone(), ..LoadOptions::default() };
         Ok(load_scene(&self.path, &options)?.description)
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use telamon::film::output::AtomicFile;
 
 use crate::figure::Figure;
 
@@ -56,15 +57,10 @@ fn root(parents: &mut [u32], mut v: u32) -> u32 {
 pub(crate) fn write_ply(mesh: &Mesh, normals: bool, path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
-    let mut builder = tempfile::Builder::new();
-    // As readable as any new file; temporary ones are their owner's only.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(folder)?;
+    let file = AtomicFile::create(path).map_err(io::Error::other)?;
     let mut out = BufWriter::with_capacity(1 << 20, file);
     encode(mesh, normals, &mut out)?;
-    out.into_inner()?.persist(path)?;
-    Ok(())
+    out.into_inner()?.finish().map_err(io::Error::other)
 }
 
 pub(crate) fn encode(mesh: &Mesh, normals: bool, out: &mut impl Write) -> io::Result<()> {

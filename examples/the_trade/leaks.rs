@@ -1,11 +1,11 @@
 //! Rays for which an engine is wrong, as the referee of `telamon parity` finds them.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 use telamon::intersect::{self, Accel, BuildError};
-use telamon::parity::{self, Contender, Family, Generated, Query};
+use telamon::parity::{self, Contender, Family, Generated, Oracle, Query};
 use telamon::shape::Shape;
 
 /// What one engine gets wrong.
@@ -35,7 +35,8 @@ pub(crate) fn count_leaks(
         .map(|e| Contender { queries: &[Query::Closest], ..Contender::new(e.as_ref()) })
         .collect();
     let rays = Generated::new(shapes, None, 0, RAYS);
-    let report = parity::run(shapes, &contenders, &rays, &mut |_| ControlFlow::Continue(()));
+    let (oracle, never) = (Oracle::new(shapes), AtomicBool::new(false));
+    let report = parity::run(&oracle, &contenders, &rays, &mut |_| (), &never);
     let leaks = settings.iter().zip(&report.rows).map(|((setting, _), row)| {
         let count = |aimed: bool| {
             let families = || Family::ALL.into_iter().filter(|f| f.is_aimed() == aimed);

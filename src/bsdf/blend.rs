@@ -11,13 +11,23 @@ use crate::texture::Textured;
 pub struct Blend {
     weight: Textured<f32>,
     materials: [Box<dyn Bsdf>; 2],
+    /// Found once: materials inside materials that share parts would be asked exponentially often.
+    flags: Flags,
+    /// Found once, for the same reason.
+    interface: Option<f32>,
 }
 
 impl Blend {
     /// `weight` is the fraction of the second material, clamped to `[0, 1]`.
     #[must_use]
     pub fn new(weight: impl Into<Textured<f32>>, materials: [Box<dyn Bsdf>; 2]) -> Self {
-        Self { weight: weight.into(), materials }
+        let weight = weight.into();
+        let [a, b] = &materials;
+        let flags = a.flags().union(b.flags()).textured(&weight);
+        // Glass is harder to please.
+        let [of_a, of_b] = materials.each_ref().map(|material| material.interface());
+        let interface = of_a.filter(|&eta| eta != 1.0).or(of_b).or(of_a);
+        Self { weight, materials, flags, interface }
     }
 
     /// The fractions of both.
@@ -57,13 +67,16 @@ impl Bsdf for Blend {
     }
 
     fn flags(&self) -> Flags {
-        let [a, b] = &self.materials;
-        a.flags().union(b.flags()).textured(&self.weight)
+        self.flags
     }
 
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         let weights = self.weights(place);
         let [a, b] = &self.materials;
         a.albedo(place, wi) * weights[0] + b.albedo(place, wi) * weights[1]
+    }
+
+    fn interface(&self) -> Option<f32> {
+        self.interface
     }
 }

@@ -98,4 +98,8 @@ impl Bsdf for Conductor {
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         if wi.z > 0.0 { self.metal.reflectance(place, wi.z) } else { Rgb::ZERO }
     }
+
+    fn interface(&self) -> Option<f32> {
+        Some(1.0)
+    }
 }

@@ -102,4 +102,8 @@ impl Bsdf for Dielectric {
         let reflected = fresnel::dielectric(wi.z, self.eta).reflectance;
         self.factors.albedo(place, reflected)
     }
+
+    fn interface(&self) -> Option<f32> {
+        Some(self.eta)
+    }
 }

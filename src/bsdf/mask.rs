@@ -12,13 +12,17 @@ use crate::texture::Textured;
 pub struct Mask {
     opacity: Textured<f32>,
     material: Box<dyn Bsdf>,
+    /// Found once: materials inside materials that share parts would be asked exponentially often.
+    flags: Flags,
 }
 
 impl Mask {
     /// `opacity` is the fraction of `material`, clamped to `[0, 1]`.
     #[must_use]
     pub fn new(opacity: impl Into<Textured<f32>>, material: Box<dyn Bsdf>) -> Self {
-        Self { opacity: opacity.into(), material }
+        let opacity = opacity.into();
+        let flags = material.flags().union(Flags::DELTA.transmitting()).textured(&opacity);
+        Self { opacity, material, flags }
     }
 
     fn opacity(&self, place: &Place) -> f32 {
@@ -46,11 +50,15 @@ impl Bsdf for Mask {
     }
 
     fn flags(&self) -> Flags {
-        self.material.flags().union(Flags::DELTA.transmitting()).textured(&self.opacity)
+        self.flags
     }
 
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         let opacity = self.opacity(place);
         self.material.albedo(place, wi) * opacity + Rgb::splat(1.0 - opacity)
+    }
+
+    fn interface(&self) -> Option<f32> {
+        self.material.interface()
     }
 }

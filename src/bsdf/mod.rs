@@ -1,6 +1,7 @@
 //! Surface scattering: the contract that every material keeps, and one file for each.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3A};
 
@@ -21,6 +22,7 @@ pub mod plastic;
 pub mod rough_conductor;
 pub mod rough_dielectric;
 pub mod rough_plastic;
+pub mod shading_normal;
 pub mod thin_dielectric;
 pub mod twosided;
 
@@ -63,9 +65,47 @@ pub trait Bsdf: Debug + Send + Sync {
     /// closed form exists; a rough interface counts as a smooth one.
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb;
 
+    /// The interface that reflects around the mirror direction, smooth or rough, or refracts: the refractive index
+    /// on the side that the normal points away from over that on the other, 1 if nothing is refracted. `None`
+    /// without one. It decides which shading normals are valid ([`shading_normal`]).
+    fn interface(&self) -> Option<f32> {
+        None
+    }
+
     /// Name of the material's type, for reports.
     fn kind(&self) -> &'static str {
         type_word::<Self>()
+    }
+}
+
+/// A material that is part of several.
+impl Bsdf for Arc<dyn Bsdf> {
+    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
+        self.as_ref().eval(place, wi, wo)
+    }
+
+    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
+        self.as_ref().pdf(place, wi, wo)
+    }
+
+    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+        self.as_ref().sample(place, wi, u)
+    }
+
+    fn flags(&self) -> Flags {
+        self.as_ref().flags()
+    }
+
+    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+        self.as_ref().albedo(place, wi)
+    }
+
+    fn interface(&self) -> Option<f32> {
+        self.as_ref().interface()
+    }
+
+    fn kind(&self) -> &'static str {
+        self.as_ref().kind()
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3A};
 
-use super::{Bsdf, BsdfSample, Flags, Lobe, Needs, Place};
+use super::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
 use crate::math::{Frame, Rgb};
 use crate::texture::{Texture, Textured};
 
@@ -14,6 +14,10 @@ pub struct Perturbed {
     normals: Normals,
     options: PerturbedOptions,
     material: Box<dyn Bsdf>,
+    /// Found once: materials inside materials that share parts would be asked exponentially often.
+    flags: Flags,
+    /// That of the material.
+    interface: Option<f32>,
 }
 
 /// Where the normals come from.
@@ -34,9 +38,10 @@ pub enum Normals {
 /// What is done about normals that no surface could have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PerturbedOptions {
-    /// Turn a normal that would be seen from behind half round the shading normal (Schüssler et al. 2017).
+    /// Turn a normal that would be seen from behind half round the shading normal (Schüssler et al. 2017). For
+    /// materials with an [`Bsdf::interface`], also bend one that would lose light ([`shading_normal`]).
     pub flip_invalid_normals: bool,
-    /// Darken what leaves at angles that the unperturbed surface would nearly hide: Conty Estevez, Lecocq and
+    /// Darken what leaves, but by delta lobes, at angles that the unperturbed surface would nearly hide: Conty Estevez, Lecocq and
     /// Stein, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem" (2019).
     pub use_shadowing_function: bool,
 }
@@ -45,7 +50,9 @@ impl Perturbed {
     /// `material` with these normals.
     #[must_use]
     pub fn new(normals: Normals, options: PerturbedOptions, material: Box<dyn Bsdf>) -> Self {
-        Self { normals, options, material }
+        let flags = material.flags().needing(Needs::Tangents);
+        let interface = material.interface();
+        Self { normals, options, material, flags, interface }
     }
 
     /// The frame around the turned normal, in coordinates of the local frame.
@@ -63,7 +70,10 @@ impl Perturbed {
             n = Vec3A::new(-n.x, -n.y, n.z);
         }
         // A black map, or slopes beyond what an f32 can hold, turn nothing.
-        let n = n.try_normalize().unwrap_or(Vec3A::Z);
+        let mut n = n.try_normalize().unwrap_or(Vec3A::Z);
+        if self.options.flip_invalid_normals && self.interface.is_some() {
+            n = shading_normal::bend(n, Vec3A::Z, wi, self.interface);
+        }
         Frame::from_normal_and_tangent(n, Vec3A::X)
     }
 
@@ -114,21 +124,25 @@ impl Bsdf for Perturbed {
         let sample = self.material.sample(&inner, turned_wi, u)?;
         let wo = frame.to_world(sample.wo).try_normalize()?;
         let turned_wo = Self::turned(&frame, wo)?;
+        if sample.lobe.is_delta() {
+            return Some(BsdfSample { wo, ..sample });
+        }
         let weight = sample.weight * self.shadowing(frame.n, wo);
-        let pdf = match sample.lobe {
-            // Of the rounded direction, as `pdf` will find it.
-            Lobe::Smooth => self.material.pdf(&inner, turned_wi, turned_wo),
-            Lobe::Delta | Lobe::Null => sample.pdf,
-        };
+        // Of the rounded direction, as `pdf` will find it.
+        let pdf = self.material.pdf(&inner, turned_wi, turned_wo);
         (pdf > 0.0).then_some(BsdfSample { wo, weight, pdf, ..sample })
     }
 
     fn flags(&self) -> Flags {
-        self.material.flags().needing(Needs::Tangents)
+        self.flags
     }
 
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         let frame = self.frame(place, wi);
         self.material.albedo(&place.in_frame(&frame), frame.to_local(wi))
+    }
+
+    fn interface(&self) -> Option<f32> {
+        self.interface
     }
 }

@@ -160,4 +160,8 @@ impl Bsdf for Plastic {
         let reflected = self.reflected(wi);
         self.coat.specular(place) * reflected + self.diffuse(place, reflected) * self.entering
     }
+
+    fn interface(&self) -> Option<f32> {
+        Some(1.0)
+    }
 }

@@ -153,4 +153,8 @@ impl Bsdf for RoughPlastic {
         self.coat.specular(place) * (1.0 - passes)
             + self.coat.diffuse(place, self.escaping) * (passes * self.entering)
     }
+
+    fn interface(&self) -> Option<f32> {
+        Some(1.0)
+    }
 }

@@ -77,4 +77,8 @@ impl Bsdf for ThinDielectric {
         let r = self.reflected(wi);
         self.factors.albedo(place, r)
     }
+
+    fn interface(&self) -> Option<f32> {
+        Some(1.0)
+    }
 }

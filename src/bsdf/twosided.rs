@@ -56,4 +56,8 @@ impl Bsdf for TwoSided {
         let (bsdf, mirror) = self.side(wi);
         bsdf.albedo(place, wi * mirror)
     }
+
+    fn interface(&self) -> Option<f32> {
+        self.front.interface().or_else(|| self.back.as_ref()?.interface())
+    }
 }

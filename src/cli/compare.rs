@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use telamon::film::exr::{Metadata, write_exr};
-use telamon::film::output::{FileFormat, check_writable};
-use telamon::film::png::write_png;
+use telamon::film::exr::Metadata;
+use telamon::film::output::check_writable;
+use telamon::film::picture::{Picture, Values};
 use telamon::film::read::{read_exr, sampler};
 use telamon::measure::false_color::{false_color, side_by_side};
 use telamon::measure::{Image, Metrics, ZTest};
@@ -13,9 +13,9 @@ use telamon::scene::settings::SamplerKind;
 
 use super::definitions::METRICS;
 use super::message::{Failure, warn};
-use super::print;
 use super::table::table;
 use super::values::{self, Output};
+use super::{Ending, picture, print};
 
 const HELP: &str = "Without --reference, B is the reference of A.\n\n\
                     Example: telamon compare a.exr b.exr --reference truth.exr -o difference.png";
@@ -53,11 +53,13 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<(), Failure> {
+    pub(super) fn run(&self) -> Result<Ending, Failure> {
         if let Some(output) = &self.output {
             check_writable(&output.path)?;
         }
-        let (a, b) = (load(&self.a)?, load(&self.b)?);
+        let (first, a) = load(&self.a)?;
+        let (second, b) = load(&self.b)?;
+        let uneven = uneven_layers(&first, &second);
         let (text, shown) = match &self.reference {
             None => {
                 let b = covering(&b, &self.b, &a, &self.a)?;
@@ -71,7 +73,7 @@ impl Arguments {
                     covering(&b, &self.b, &a, &self.a)?;
                     covering(&a, &self.a, &b, &self.b)?;
                 }
-                let reference = covering(&load(path)?, path, &a, &self.a)?;
+                let reference = covering(&load(path)?.1, path, &a, &self.a)?;
                 let metrics =
                     [measured(&a, &reference, &self.a)?, measured(&b, &reference, &self.b)?];
                 let (a_name, b_name) = (self.a.display(), self.b.display());
@@ -86,20 +88,41 @@ impl Arguments {
             (_, None) => "B",
             _ => "",
         };
-        print((text + &z_test.map_or(String::new(), |z| verdict(&z, exact))).as_bytes())?;
+        print((text + &z_test.map_or(String::new(), |z| verdict(&z, exact, uneven))).as_bytes())?;
         match &self.output {
             Some(output) => write(output, &shown),
-            None => Ok(()),
+            None => Ok(Ending::Done),
         }
     }
 }
 
-fn load(path: &Path) -> Result<Image, Failure> {
+/// Says which layers of both pictures have numbers that are finite in one of them only, and whether there are
+/// such layers.
+fn uneven_layers(a: &Picture, b: &Picture) -> bool {
+    let mut any = false;
+    for layer in a.channels.iter().filter(|_| a.crop == b.crop) {
+        let other = b.channels.iter().find(|c| c.name == layer.name).map(|c| &c.values);
+        if let (Values::Float(of_a), Some(Values::Float(of_b))) = (&layer.values, other) {
+            let uneven =
+                of_a.iter().zip(of_b).filter(|(a, b)| a.is_finite() != b.is_finite()).count();
+            if uneven > 0 {
+                any = true;
+                let name = &layer.name;
+                warn(format!(
+                    "layer `{name}`: numbers that are finite in one picture only: {uneven}"
+                ));
+            }
+        }
+    }
+    any
+}
+
+fn load(path: &Path) -> Result<(Picture, Image), Failure> {
     let picture = read_exr(path)?;
     let image = Image::from_picture(&picture)
         .map_err(|e| Failure::new(format!("`{}`: {e}", path.display())))?;
     warn_of_even_samples(&image, path);
-    Ok(image)
+    Ok((picture, image))
 }
 
 /// Says so if the noise that `image` claims to have is more than it has: samples that are spread evenly vary
@@ -129,7 +152,11 @@ fn covering(
 
 fn measured(image: &Image, reference: &Image, path: &Path) -> Result<Metrics, Failure> {
     let metrics = Metrics::of(image, reference).ok_or_else(|| {
-        Failure::new(format!("`{}`: no pixel is finite in both pictures", path.display()))
+        let of_what = match reference.variance {
+            Some(_) => ", with a finite variance in the reference",
+            None => "",
+        };
+        Failure::new(format!("`{}`: no pixel is finite in both pictures{of_what}", path.display()))
     })?;
     if metrics.non_finite > 0 {
         let count = metrics.non_finite;
@@ -178,14 +205,29 @@ fn rows(pictures: &[Metrics]) -> String {
     table(&rows, &[1, 2])
 }
 
-/// What the test says; `exact` is the picture whose noise is not known, if there is one.
-fn verdict(z: &ZTest, exact: &str) -> String {
+/// What the test says; `exact` is the picture whose noise is not known, if there is one. Pictures with `uneven`
+/// layers do not agree.
+fn verdict(z: &ZTest, exact: &str, uneven: bool) -> String {
     let exact = match exact {
         "" => String::new(),
         name => format!(" {name} does not say how noisy it is and counts as exact."),
     };
-    let verdict =
-        if z.passes() { "agree within their noise" } else { "differ by more than their noise" };
+    let verdict = if z.passes() && !uneven {
+        "agree within their noise"
+    } else if z.fails() {
+        "differ by more than their noise"
+    } else {
+        "cannot be said to agree"
+    };
+    let counted = |count: usize, what: &str| match count {
+        0 => String::new(),
+        _ => format!(" {count} more numbers {what}."),
+    };
+    let others = counted(z.one_sided, "are finite in one of them only")
+        + &counted(
+            z.unknown,
+            "or their variances are not finite, so that nothing can be said of them",
+        );
     let mean_square = if z.mean_square.is_finite() {
         format!("{:.3}", z.mean_square)
     } else {
@@ -193,7 +235,7 @@ fn verdict(z: &ZTest, exact: &str) -> String {
     };
     format!(
         "A and B {verdict}: {} of {} numbers differ beyond chance (p < {:.2e} each, {} for all; {} % may). \
-         Mean z squared {mean_square}.{exact}\n",
+         Mean z squared {mean_square}.{others}{exact}\n",
         z.beyond,
         z.compared,
         z.level,
@@ -202,18 +244,12 @@ fn verdict(z: &ZTest, exact: &str) -> String {
     )
 }
 
-fn write(output: &Output, shown: &[Image]) -> Result<(), Failure> {
+/// Writes the picture, wherever it can go.
+fn write(output: &Output, shown: &[Image]) -> Result<Ending, Failure> {
     let image = match shown {
         [left, right] => &side_by_side(left, right),
         _ => &shown[0],
     };
-    let picture = image.to_picture(1);
-    let report = match output.format {
-        FileFormat::Exr => write_exr(&output.path, &picture, &Metadata::default())?,
-        FileFormat::Png => write_png(&output.path, &picture, 0.0)?,
-    };
-    if !report.is_clean() {
-        warn(format!("{}: {report}", output.path.display()));
-    }
-    Ok(())
+    let place = picture::write(output, &image.to_picture(1), &Metadata::default(), 0.0)?;
+    Ok(if place == output.path { Ending::Done } else { Ending::Elsewhere })
 }

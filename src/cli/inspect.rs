@@ -29,9 +29,12 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let accel = self.input.accel();
-        let description = self.input.load()?.description;
+        let limits = self.input.resources.limits();
+        let description = self.input.load(&limits)?.description;
+        let built_over = description.scene.shapes();
+        limits.claim(accel.estimated_bytes(&built_over))?;
         let start = Instant::now();
-        let engine = intersect::build(accel, &description.scene.shapes())?;
+        let engine = intersect::build(accel, &built_over)?;
         let built = format!(
             "{}, {} beside the shapes' own memory, built in {:.2} s",
             engine.name(),

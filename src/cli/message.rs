@@ -8,9 +8,11 @@ use std::io::{self, IsTerminal, Write};
 
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteHandlerOpts,
-    NamedSource, ReportHandler, Severity, SourceCode, ThemeCharacters, ThemeStyles,
+    ReportHandler, Severity, SourceCode, ThemeCharacters, ThemeStyles,
 };
 use telamon::load::{LoadError, Problem, Warning};
+
+use super::excerpt::Excerpt;
 
 /// Why a command ends without having done what was asked for.
 #[derive(Debug)]
@@ -22,7 +24,7 @@ struct Message {
     text: String,
     severity: Severity,
     help: Option<String>,
-    place: Option<(NamedSource<String>, LabeledSpan)>,
+    place: Option<Excerpt>,
 }
 
 impl Failure {
@@ -91,10 +93,9 @@ impl Message {
             return Self { help: problem.help.clone(), ..Self::new(text, severity) };
         };
         let name = problem.path.display().to_string();
-        let span = LabeledSpan::new_with_span(None, position.span.clone());
         Self {
             help: problem.help.clone(),
-            place: Some((NamedSource::new(name, position.source.to_string()), span)),
+            place: Some(Excerpt::new(name, position)),
             ..Self::new(problem.message.clone(), severity)
         }
     }
@@ -149,11 +150,70 @@ impl Diagnostic for Message {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+        self.place.as_ref().map(|excerpt| excerpt as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.place.as_ref()?;
-        Some(Box::new(std::iter::once(span.clone())))
+        let span = self.place.as_ref()?.span();
+        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(None, span))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+    use std::sync::Arc;
+
+    use telamon::load::Position;
+
+    use super::*;
+
+    fn rendered(source: &Arc<str>, span: std::ops::Range<usize>) -> String {
+        let before = &source[..span.start];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        let position = Position {
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+            source: Arc::clone(source),
+            span,
+        };
+        let (path, message) = (PathBuf::from("a.xml"), "it is wrong".to_owned());
+        let problem = Problem { path, position: Some(position), message, help: None };
+        let message = Message::about_scene(&problem, Severity::Error);
+        let place = format!("[a.xml:{}", problem.position.expect("given").line);
+        let text = Rendered(&message).to_string();
+        assert!(text.contains(&place), "{place}: {text}");
+        text
+    }
+
+    /// Every stretch of a text with everything that makes columns and bytes differ.
+    #[test]
+    fn every_place_can_be_shown() {
+        for text in
+            ["", "\n", "a", "a\n", "\r\n", "\té界\u{301}\r\n\n\ta\rb\u{1f600}\x1b[1m\u{0}c\n\n"]
+        {
+            let source = Arc::from(text);
+            let places: Vec<_> = (0..=text.len()).filter(|&i| text.is_char_boundary(i)).collect();
+            for &start in &places {
+                for &end in places.iter().filter(|&&end| end >= start) {
+                    rendered(&source, start..end);
+                }
+            }
+        }
+    }
+
+    /// Rust's own padding ends at column 65535.
+    #[test]
+    fn a_place_far_to_the_right_can_be_shown() {
+        for width in [65_000, 65_534, 65_535, 65_536, 70_000, 1 << 20] {
+            let source = Arc::from(format!("{}<shape/>\n", "é".repeat(width)));
+            let start = 2 * width;
+            let text = rendered(&source, start..start + 6);
+            assert!(text.contains(&format!("[a.xml:1:{}]", width + 1)), "{text}");
+            let line = format!("1 | …{}<shape/>\n", "é".repeat(60));
+            assert!(text.contains(&line), "{text}");
+            let marks = format!("{}^^^", " ".repeat(61));
+            assert!(text.contains(&marks), "{text}");
+        }
     }
 }

@@ -1,5 +1,4 @@
-//! The command line: one file a subcommand, and what they share. Bad usage ends with exit code 2, a
-//! failure with 1, a render that was interrupted with 130.
+//! The command line: one file a subcommand, and what they share. [`EXIT_CODES`] says how it ends.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -10,19 +9,23 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use telamon::intersect::accel::Mode;
 use telamon::intersect::{Accel, Backend};
-use telamon::load::{LoadOptions, Loaded, load_scene};
+use telamon::load::{LoadOptions, Loaded, NoriX, load_scene};
+use telamon::memory::Limits;
 
 mod compare;
 mod completions;
 mod definitions;
 mod effort;
+mod excerpt;
 mod inspect;
 mod interrupt;
 mod machine;
 mod man;
 mod measure;
+mod memory;
 mod message;
 mod parity;
+mod picture;
 mod progress;
 mod render;
 mod table;
@@ -33,13 +36,28 @@ use message::Failure;
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("TELAMON_EMBREE"), ")");
 
+/// For `--help` and the manual page.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    Everything was done
+  1    A failure; what was wrong is on standard error
+  2    Bad usage
+  3    A picture, or measurements, could not be written where they should go and are in another place, \
+which standard error names
+  129, 130, 143
+       A hang-up (SIGHUP), Ctrl-C (SIGINT) or `kill` (SIGTERM) asked for an end, and what was there is \
+written; of a second signal, which ends at once, nothing is. Signals that were ignored when telamon \
+started, as by nohup, stay ignored
+
+Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64";
+
 /// A path tracer for large meshes: renders Mitsuba 3 scene files to OpenEXR and PNG.
 #[derive(Debug, Parser)]
 #[command(
     name = "telamon",
     version = VERSION,
     arg_required_else_help = true,
-    after_help = "Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64"
+    after_help = EXIT_CODES
 )]
 pub(crate) struct CommandLine {
     #[command(subcommand)]
@@ -62,15 +80,18 @@ enum Command {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ending {
     Done,
-    /// By Ctrl-C, with what there was written.
+    /// By a signal, with what there was written.
     Interrupted,
+    /// With pictures in other places than they should be.
+    Elsewhere,
 }
 
 impl From<Ending> for ExitCode {
     fn from(ending: Ending) -> Self {
         match ending {
             Ending::Done => Self::SUCCESS,
-            Ending::Interrupted => Self::from(interrupt::EXIT_CODE),
+            Ending::Interrupted => Self::from(interrupt::exit_code()),
+            Ending::Elsewhere => Self::from(3),
         }
     }
 }
@@ -83,7 +104,7 @@ impl CommandLine {
             Command::Trace(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Measure(arguments) => arguments.run(),
             Command::Parity(arguments) => arguments.run(),
-            Command::Compare(arguments) => arguments.run().map(|()| Ending::Done),
+            Command::Compare(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Man(arguments) => arguments.run().map(|()| Ending::Done),
         }
@@ -107,6 +128,11 @@ struct Input {
     )]
     defines: Vec<(String, String)>,
 
+    /// Where the camera's x axis points in a scene of Nori, whose versions differ: at this side of the
+    /// picture [default: right, with a note]
+    #[arg(long, value_name = "SIDE", value_parser = values::nori_x(), help_heading = "Input")]
+    nori_x: Option<NoriX>,
+
     /// Engine that answers ray queries
     #[arg(
         long,
@@ -125,6 +151,9 @@ struct Input {
         long_help = modes_help()
     )]
     accel: Vec<Mode>,
+
+    #[command(flatten)]
+    resources: Resources,
 }
 
 impl Input {
@@ -142,12 +171,43 @@ impl Input {
         accel
     }
 
-    /// Loads the scene and shows the loader's warnings.
-    fn load(&self) -> Result<Loaded, Failure> {
-        let options = LoadOptions { defines: self.defines.clone() };
+    /// What makes another scene of the same file.
+    fn defines_of_record(&self) -> Vec<(String, String)> {
+        let side = self.nori_x.map(|x| ("--nori-x".to_owned(), x.to_string()));
+        self.defines.iter().cloned().chain(side).collect()
+    }
+
+    /// Loads the scene within `limits` and shows the loader's warnings.
+    fn load(&self, limits: &Limits) -> Result<Loaded, Failure> {
+        let options = LoadOptions {
+            defines: self.defines.clone(),
+            nori_x: self.nori_x,
+            limits: limits.clone(),
+        };
         let loaded = load_scene(&self.scene, &options).map_err(|e| Failure::of_scene(&e))?;
         message::warn_of_scene(&loaded.warnings);
         Ok(loaded)
+    }
+}
+
+/// What a command may take of the machine.
+#[derive(Args, Debug)]
+struct Resources {
+    /// Refuse what needs more memory than this, such as 16G [default: what the machine, the control
+    /// group or `ulimit -v` allows]
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes, help_heading = "Input")]
+    memory: Option<u64>,
+
+    /// Let a compressed file unpack to this, such as 4G [default: 64 times its size, or 256M if that
+    /// is more]
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes, help_heading = "Input")]
+    max_unpacked: Option<u64>,
+}
+
+impl Resources {
+    /// Limits of which nothing has been claimed yet.
+    fn limits(&self) -> Limits {
+        Limits::new(self.memory.or_else(memory::there), self.max_unpacked)
     }
 }
 

@@ -1,6 +1,5 @@
 //! `telamon parity`.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -9,20 +8,23 @@ use clap::Args;
 use telamon::film::output::{OutputError, check_writable};
 use telamon::intersect::{self, Accel};
 use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
-use telamon::load::{LoadOptions, load_scene};
+use telamon::load::{LoadOptions, NoriX, load_scene};
+use telamon::memory::Limits;
 use telamon::parity::{
-    self, Budget, Contender, Generated, RaySource, RecordWriter, Recorded, View,
+    self, Budget, Contender, Generated, MixedScales, Oracle, RaySource, RecordWriter, Recorded,
+    View,
 };
 use telamon::shape::Shape;
 
 use super::message::{self, Failure, warn};
-use super::progress::{Bar, millions_per_second};
-use super::{Ending, interrupt, print, values};
+use super::progress::{Bar, rays_per_second};
+use super::{Ending, Resources, interrupt, print, values};
 
 /// Fire the same rays through all engines and settle where they disagree
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Exit status 1: an engine has more faults (leaks, false and wrong hits) than its budget. \
+    after_help = "Exit status 1: an engine has more faults (leaks, false and wrong hits, wrong distances) than its \
+                  budget. \
                   Ctrl-C ends the run and shows the table so far.\n\n\
                   Example: telamon parity mesh.ply --rays 1e7 --report disagreements.jsonl"
 )]
@@ -40,6 +42,9 @@ pub(super) struct Arguments {
         help_heading = "Input"
     )]
     defines: Vec<(String, String)>,
+
+    #[command(flatten)]
+    resources: Resources,
 
     /// Engine with its modes, such as rust,triangle=plain; may be repeated [default: each engine, and
     /// each of its modes in turn]
@@ -120,13 +125,18 @@ impl Arguments {
     }
 
     fn compare(&self) -> Result<Ending, Failure> {
-        let Subject { shapes, view } = self.load()?;
+        let limits = self.resources.limits();
+        let Subject { shapes, view } = self.load(&limits)?;
+        if let Some(mixed) = MixedScales::of(&shapes) {
+            warn(format!("{}: {mixed}", self.input.display()));
+        }
         let rays: Box<dyn RaySource> = match &self.replay {
             Some(path) => Box::new(Recorded::read(path)?),
             None => Box::new(Generated::new(&shapes, view, self.seed, self.rays)),
         };
         let accels =
             if self.engines.is_empty() { parity::every_mode() } else { self.engines.clone() };
+        accels.iter().try_for_each(|accel| limits.claim(accel.estimated_bytes(&shapes)))?;
         let build = |&accel: &Accel| intersect::build(accel, &shapes);
         let engines = accels.iter().map(build).collect::<Result<Vec<_>, _>>()?;
         let contenders: Vec<_> = engines
@@ -137,59 +147,68 @@ impl Arguments {
                 ..Contender::new(engine.as_ref())
             })
             .collect();
+        let oracle = Oracle::new(&shapes);
+
+        // Until here there is nothing to be kept, and a signal ends the process at once.
+        let cancel = interrupt::watch()?;
         let mut recorder =
             self.report.as_deref().map(|p| RecordWriter::create(p, &contenders)).transpose()?;
         let mut failure: Option<OutputError> = None;
-
-        let cancel = interrupt::watch()?;
         let bar = Bar::new(self.quiet);
         let total = rays.count();
-        let report = parity::run(&shapes, &contenders, rays.as_ref(), &mut |progress| {
+        let mut on_progress = |progress: parity::Progress| {
             bar.show(progress.done, progress.total, |elapsed| {
-                format!("{} Mrays/s", millions_per_second(progress.done, elapsed))
+                rays_per_second(progress.done, elapsed)
             });
             if let Some(recorder) = &mut recorder {
                 let written = progress.disagreements.iter().try_for_each(|d| recorder.write(d));
                 failure = written.err();
             }
-            if failure.is_some() || cancel.load(Ordering::Relaxed) {
-                return ControlFlow::Break(());
+            if failure.is_some() {
+                cancel.store(true, Ordering::Relaxed);
             }
-            ControlFlow::Continue(())
-        });
+        };
+        let report = parity::run(&oracle, &contenders, rays.as_ref(), &mut on_progress, &cancel);
         bar.finish();
         if let Some(failure) = failure {
             return Err(failure.into());
         }
         recorder.map_or(Ok(()), RecordWriter::finish)?;
         print(report.to_string().as_bytes())?;
+        let is_complete = report.rays == total;
+        if !is_complete {
+            warn(format!("interrupted: the table is about {} of {total} rays", report.rays));
+        }
         let mut over: Vec<_> = report.over_budget().map(|row| row.name.as_str()).collect();
         over.dedup();
-        if !over.is_empty() {
-            return Err(OverBudget(over.join("; ")).into());
+        let over = (!over.is_empty()).then(|| OverBudget(over.join("; ")));
+        match over {
+            Some(over) if is_complete => Err(over.into()),
+            over => {
+                over.iter().for_each(|over| warn(over.to_string()));
+                Ok(if is_complete { Ending::Done } else { Ending::Interrupted })
+            }
         }
-        if report.rays < total {
-            warn(format!("interrupted: the table is about {} of {total} rays", report.rays));
-            return Ok(Ending::Interrupted);
-        }
-        Ok(Ending::Done)
     }
 
     /// Which reader a file wants is said by its name, a last `.gz` aside.
-    fn load(&self) -> Result<Subject, Failure> {
+    fn load(&self, limits: &Limits) -> Result<Subject, Failure> {
         let name = self.input.to_string_lossy().to_lowercase();
         let name = name.strip_suffix(".gz").unwrap_or(&name);
         let is_mesh = [".obj", ".ply"].iter().any(|extension| name.ends_with(extension));
         if is_mesh && !self.defines.is_empty() {
             warn("`--define` changes nothing: it is for scene files, and this is a mesh");
         }
-        let options = MeshOptions::default();
+        let options = MeshOptions { limits: limits.clone(), ..MeshOptions::default() };
         if name.ends_with(".obj") {
             Ok(self.mesh(load_obj(&self.input, &options)?))
         } else if name.ends_with(".ply") {
             Ok(self.mesh(load_ply(&self.input, &options)?))
         } else {
-            let options = LoadOptions { defines: self.defines.clone() };
+            // Rays come from the camera's place, whichever side of the picture its axes point to.
+            let nori_x = Some(NoriX::default());
+            let (defines, limits) = (self.defines.clone(), limits.clone());
+            let options = LoadOptions { defines, nori_x, limits };
             let loaded = load_scene(&self.input, &options).map_err(|e| Failure::of_scene(&e))?;
             message::warn_of_scene(&loaded.warnings);
             let description = loaded.description;

@@ -67,6 +67,12 @@ impl Runs {
     }
 }
 
+/// How many `rays` are traced in a second, with its unit: in millions unless they are few.
+pub(super) fn rays_per_second(rays: u64, elapsed: Duration) -> String {
+    let rate = rays as f64 / elapsed.as_secs_f64().max(1e-9);
+    if rate < 1e5 { format!("{rate:.0} rays/s") } else { format!("{:.2} Mrays/s", rate * 1e-6) }
+}
+
 /// `count` per second of `elapsed`, in millions.
 pub(super) fn millions_per_second(count: u64, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64().max(1e-9);
@@ -81,5 +87,7 @@ mod tests {
     fn rates_are_in_millions() {
         assert_eq!(millions_per_second(3_000_000, Duration::from_secs(2)), "1.50");
         assert_eq!(millions_per_second(0, Duration::ZERO), "0.00");
+        assert_eq!(rays_per_second(3_000_000, Duration::from_secs(2)), "1.50 Mrays/s");
+        assert_eq!(rays_per_second(500, Duration::from_secs(2)), "250 rays/s");
     }
 }

@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use telamon::film::exr::{Metadata, write_exr};
+use telamon::film::exr::Metadata;
 use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
-use telamon::film::png::write_png;
 use telamon::intersect;
 use telamon::render::{Ended, SampleId, Statistics, render};
 use telamon::scene::Description;
@@ -16,12 +15,14 @@ use telamon::scene::settings::{AovKind, AovLayer, Crop, IntegratorSettings, Samp
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
 use super::values::{self, Output, Size};
-use super::{Ending, Input, effort, interrupt};
+use super::{Ending, Input, effort, interrupt, picture};
 
 /// Render a scene to picture files
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Ctrl-C stops the render and writes what is there; twice, it ends at once.\n\n\
+    after_help = "Ctrl-C, SIGTERM and SIGHUP stop the render and write what is there; a second one ends it at \
+                  once. A picture that cannot be written where it should go goes beside, or else into the \
+                  folder for temporary files (TMPDIR); the exit code is 3 then.\n\n\
                   Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64"
 )]
 pub(super) struct Arguments {
@@ -153,8 +154,10 @@ impl Arguments {
     fn load_and_render(&self, outputs: &[Output]) -> Result<Finished, Failure> {
         let accel = self.input.accel();
         let start = Instant::now();
-        let mut description = self.input.load()?.description;
+        let limits = self.input.resources.limits();
+        let mut description = self.input.load(&limits)?.description;
         self.adjust(&mut description)?;
+        limits.claim(telamon::render::bytes(&description))?;
         let layers_alone =
             matches!(description.integrator, IntegratorSettings::Aov { picture: None, .. });
         if self.variance && layers_alone {
@@ -164,7 +167,9 @@ impl Arguments {
         let load = start.elapsed();
 
         let start = Instant::now();
-        let engine = intersect::build(accel, &description.scene.shapes())?;
+        let shapes = description.scene.shapes();
+        limits.claim(accel.estimated_bytes(&shapes))?;
+        let engine = intersect::build(accel, &shapes)?;
         let build = start.elapsed();
 
         let cancel = interrupt::watch()?;
@@ -218,10 +223,18 @@ impl Arguments {
             return Ok(Ending::Interrupted);
         }
         warn_of(statistics);
-        let results: Vec<_> = outputs.iter().map(|o| self.write(o, finished)).collect();
-        Failure::all(results.into_iter().filter_map(Result::err)).map_or(Ok(()), Err)?;
+        let mut failures = Vec::new();
+        let mut places = Vec::new();
+        for output in outputs {
+            match picture::write(output, &finished.picture, &finished.metadata, self.exposure) {
+                Ok(place) => places.push(place),
+                Err(failure) => failures.push(failure),
+            }
+        }
+        Failure::all(failures).map_or(Ok(()), Err)?;
+        let elsewhere = outputs.iter().zip(&places).any(|(o, place)| o.path != *place);
 
-        let names: Vec<_> = outputs.iter().map(|o| o.path.display().to_string()).collect();
+        let names: Vec<_> = places.iter().map(|path| path.display().to_string()).collect();
         let names = names.join(" and ");
         let interrupted = statistics.ended == Ended::Cancelled;
         if interrupted {
@@ -234,19 +247,11 @@ impl Arguments {
         if !self.quiet {
             say(&finished.summary(&names));
         }
-        Ok(if interrupted { Ending::Interrupted } else { Ending::Done })
-    }
-
-    fn write(&self, output: &Output, finished: &Finished) -> Result<(), Failure> {
-        let Output { path, format } = output;
-        let report = match format {
-            FileFormat::Exr => write_exr(path, &finished.picture, &finished.metadata)?,
-            FileFormat::Png => write_png(path, &finished.picture, self.exposure)?,
-        };
-        if !report.is_clean() {
-            warn(format!("{}: {report}", path.display()));
-        }
-        Ok(())
+        Ok(match (elsewhere, interrupted) {
+            (true, _) => Ending::Elsewhere,
+            (false, true) => Ending::Interrupted,
+            (false, false) => Ending::Done,
+        })
     }
 }
 

@@ -46,7 +46,8 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let accel = self.input.accel();
-        let mut description = self.input.load()?.description;
+        let limits = self.input.resources.limits();
+        let mut description = self.input.load(&limits)?.description;
         if let Some(Size { width, height }) = self.size {
             description.resize(width, height)?;
         }
@@ -58,7 +59,9 @@ impl Arguments {
                 "pixel {x},{y} does not lie within the film of {width}x{height} pixels"
             )));
         }
-        let engine = intersect::build(accel, &description.scene.shapes())?;
+        let shapes = description.scene.shapes();
+        limits.claim(accel.estimated_bytes(&shapes))?;
+        let engine = intersect::build(accel, &shapes)?;
         let id = SampleId { x, y, sample: self.sample, seed };
         let traced = trace(&description, engine.as_ref(), id).ok_or_else(|| {
             Failure::new("there is no path: the integrator makes layers alone".to_owned())

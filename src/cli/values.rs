@@ -7,6 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use telamon::film::output::{FileFormat, OutputError};
 use telamon::intersect::accel::MalformedMode;
 use telamon::intersect::{Accel, Backend, UnknownBackend};
+use telamon::load::NoriX;
 use telamon::measure::plan::Variation;
 use telamon::parity::Budget;
 use telamon::scene::settings::{Crop, SamplerKind};
@@ -100,6 +101,11 @@ pub(super) fn samplers() -> impl TypedValueParser<Value = SamplerKind> {
         .try_map(|name| name.parse::<SamplerKind>())
 }
 
+/// The sides of a picture, for the help and for completions as well.
+pub(super) fn nori_x() -> impl TypedValueParser<Value = NoriX> {
+    PossibleValuesParser::new(NoriX::ALL.map(NoriX::name)).try_map(|name| name.parse::<NoriX>())
+}
+
 pub(super) fn radiance(text: &str) -> Result<f32, String> {
     match positive(text)? as f32 {
         value if value > 0.0 && value.is_finite() => Ok(value),
@@ -112,6 +118,17 @@ pub(super) fn stops(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(stops) if (-149.0..=127.0).contains(&stops) => Ok(stops),
         _ => Err("expected a number from -149 to 127".to_owned()),
+    }
+}
+
+/// A number of bytes, or of binary multiples: `512M`, `16G`.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let units = [('k', 10), ('K', 10), ('M', 20), ('G', 30), ('T', 40)];
+    let unit = units.iter().find_map(|&(unit, shift)| Some((text.strip_suffix(unit)?, shift)));
+    let (number, shift) = unit.unwrap_or((text, 0));
+    match number.parse::<u64>().ok().and_then(|n| n.checked_mul(1 << shift)) {
+        Some(bytes) if bytes > 0 => Ok(bytes),
+        _ => Err("expected a number of bytes such as 512M or 16G".to_owned()),
     }
 }
 
@@ -215,6 +232,16 @@ mod tests {
         assert_eq!(stops("-1.5"), Ok(-1.5));
         for bad in ["", "x", "NaN", "inf", "128"] {
             assert!(stops(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        for (text, value) in [("1", 1), ("512M", 512 << 20), ("3k", 3072), ("2T", 2 << 40)] {
+            assert_eq!(bytes(text), Ok(value), "{text}");
+        }
+        for bad in ["", "0", "M", "1.5G", "-1", "1GB", "99999999999T"] {
+            assert!(bytes(bad).is_err(), "{bad}");
         }
     }
 }

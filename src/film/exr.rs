@@ -10,8 +10,9 @@ use exr::prelude::{
     SmallVec, Text, Vec2, WritableImage, f16,
 };
 
+use super::atomic_file::write_atomically;
 use super::error::Estimate;
-use super::output::{OutputError, Report, check_shape, write_atomically};
+use super::output::{OutputError, Report, check_shape};
 use super::picture::{Channel, Picture, Values};
 use crate::scene::settings::ComponentFormat;
 
@@ -47,6 +48,10 @@ pub struct Metadata {
 /// Writes all channels to an OpenEXR file, compressed without loss (ZIP). The crop becomes the data
 /// window, the film the display window.
 ///
+/// A picture with other channels than colours is written in 32 bits throughout: their range and precision is
+/// not that of halves, and there are readers, such as Mitsuba's, that take all channels of a file as they take
+/// the first.
+///
 /// Colours in half precision that are beyond its range (from 65520 on they would be rounded to
 /// infinity) are clamped and counted; NaN is kept and counted.
 ///
@@ -61,10 +66,12 @@ pub fn write_exr(
     let unfit = |reason| OutputError::Unfit { path: path.to_owned(), reason };
     check_names(&picture.channels).map_err(unfit)?;
     let mut report = Report::default();
+    let only_colors = picture.channels.iter().all(|c| matches!(c.values, Values::Color(_)));
+    let component = if only_colors { picture.component } else { ComponentFormat::Float };
     let channels: SmallVec<_> = picture
         .channels
         .iter()
-        .map(|c| AnyChannel::new(text(&c.name), samples(&c.values, picture.component, &mut report)))
+        .map(|c| AnyChannel::new(text(&c.name), samples(&c.values, component, &mut report)))
         .collect();
     let crop = picture.crop;
     let encoding = Encoding {
@@ -238,12 +245,14 @@ mod tests {
             let (image, report) = round_trip(&picture(component, channels.clone()));
             assert!(report.is_clean());
             let red = [0.25, -1.0, 0.0, 2.0];
+            // Of a picture with layers everything is.
+            assert_eq!(channel(&image, "R"), &FlatSamples::F32(red.to_vec()));
+            let (colors, _) = round_trip(&picture(component, channels[..3].to_vec()));
             let expected = match component {
                 ComponentFormat::Half => FlatSamples::F16(red.map(f16::from_f32).to_vec()),
                 ComponentFormat::Float => FlatSamples::F32(red.to_vec()),
             };
-            assert_eq!(channel(&image, "R"), &expected);
-            // Neither depends on the precision of colours.
+            assert_eq!(channel(&colors, "R"), &expected);
             assert_eq!(channel(&image, &long), &FlatSamples::F32(depths.clone()));
             assert_eq!(channel(&image, "zählung.I"), &FlatSamples::U32(indices.clone()));
         }

@@ -3,8 +3,10 @@
 use crate::math::Rgb;
 use crate::scene::settings::{AovKind, AovLayer, Crop, FilmSettings};
 
+mod atomic_file;
 pub mod error;
 pub mod exr;
+pub(crate) mod exr_size;
 pub mod filter;
 pub mod output;
 pub mod picture;
@@ -81,6 +83,13 @@ impl Film {
             .map(|(tile_x, tile_y)| tile(tile_x, tile_y))
             .collect();
         Self { settings: settings.clone(), content, tiles }
+    }
+
+    /// Bytes of the film that [`Film::new`] would make.
+    #[must_use]
+    pub fn bytes(settings: &FilmSettings, content: &Content) -> u64 {
+        let Crop { width, height, .. } = settings.crop;
+        (u64::from(width) * u64::from(height)).saturating_mul(Tile::bytes_per_pixel(content))
     }
 
     /// The tiles, which together are the crop.

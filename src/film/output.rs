@@ -1,13 +1,13 @@
-//! Picture files: which kind a name asks for, what may go wrong, and writing that leaves either the
-//! whole file or what was there before.
+//! Picture files: which kind a name asks for, what may go wrong, and where a picture goes that cannot go
+//! where it should.
 
 use std::fmt::{self, Display, Formatter};
-use std::fs::{self, Permissions};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::atomic_file::folder_of;
+pub use super::atomic_file::{AtomicFile, check_writable, remove_temporaries, write_whole};
 use super::picture::Picture;
 
 /// A kind of picture file.
@@ -60,6 +60,13 @@ pub enum OutputError {
     },
 }
 
+impl OutputError {
+    /// Whether the file might be written in another place.
+    fn is_of_the_place(&self) -> bool {
+        matches!(self, Self::NoFolder { .. } | Self::IsFolder(_) | Self::Io { .. })
+    }
+}
+
 /// Numbers that a file shows otherwise than they were computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
@@ -103,147 +110,57 @@ impl Display for Report {
     }
 }
 
-/// Finds out whether a file could be written to `path`, without touching it: worth asking before an
-/// hour of rendering.
-///
-/// # Errors
-/// A missing folder, a folder in the file's place, what the operating system refuses.
-pub fn check_writable(path: &Path) -> Result<(), OutputError> {
-    temporary_beside(path).map(drop)
+/// Where a picture went.
+#[derive(Debug)]
+pub struct Written<T> {
+    /// What writing it had to say.
+    pub report: T,
+    /// Where it is, and why not where it should be; `None` if it is there.
+    pub instead: Option<(PathBuf, OutputError)>,
 }
 
-/// Writes `contents` to a file: through a temporary one, so that either all of it is there or what was
-/// there before.
+/// Writes a file to `path` by `write`, or else where the operating system lets it: beside, under a name
+/// that is free, and then in the folder `elsewhere`. What has taken hours shall not be lost because a folder
+/// is gone or a disk is full.
 ///
 /// # Errors
-/// As [`check_writable`].
-pub fn write_whole(path: &Path, contents: &[u8]) -> Result<(), OutputError> {
-    write_atomically(path, |writer| {
-        writer.write_all(contents).map_err(|error| OutputError::Io { path: path.to_owned(), error })
-    })
-}
-
-/// Writes a file through an [`AtomicFile`]. If anything fails, `path` is as it was and nothing else is left
-/// behind.
-pub(super) fn write_atomically(
+/// That of `path`, if no other place will do either, or if no place could mend it.
+pub fn write_somewhere<T>(
     path: &Path,
-    contents: impl FnOnce(&mut AtomicFile) -> Result<(), OutputError>,
-) -> Result<(), OutputError> {
-    let mut file = AtomicFile::create(path)?;
-    contents(&mut file)?;
-    file.finish()
-}
-
-/// A file that takes the place of its path in one step, once it is finished and its contents are on the
-/// disk; until then it is a temporary one in the same folder, gone when dropped.
-#[derive(Debug)]
-pub(crate) struct AtomicFile {
-    path: PathBuf,
-    temporary: BufWriter<tempfile::NamedTempFile>,
-    _listed: Listed<'static>,
-}
-
-impl AtomicFile {
-    pub(crate) fn create(path: &Path) -> Result<Self, OutputError> {
-        let temporary = temporary_beside(path)?;
-        let _listed = TEMPORARIES.add(temporary.path());
-        Ok(Self { path: path.to_owned(), temporary: BufWriter::new(temporary), _listed })
-    }
-
-    /// An error of the operating system about this file.
-    pub(crate) fn error(&self, error: io::Error) -> OutputError {
-        OutputError::Io { path: self.path.clone(), error }
-    }
-
-    pub(crate) fn finish(self) -> Result<(), OutputError> {
-        let Self { path, temporary, _listed } = self;
-        let io = |error| OutputError::Io { path: path.clone(), error };
-        let temporary = temporary.into_inner().map_err(|e| io(e.into_error()))?;
-        temporary.as_file().sync_all().map_err(io)?;
-        temporary.persist(&path).map_err(|e| io(e.error))?;
-        Ok(())
-    }
-}
-
-impl Write for AtomicFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.temporary.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.temporary.flush()
-    }
-}
-
-impl Seek for AtomicFile {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.temporary.seek(to)
-    }
-}
-
-/// Removes the temporary files of all that is being written, which then fail: for a process that
-/// ends at once.
-pub fn remove_temporaries() {
-    TEMPORARIES.remove();
-}
-
-static TEMPORARIES: Temporaries = Temporaries(Mutex::new(Vec::new()));
-
-/// Temporary files that are being written. A process that is told to end at once runs no destructors, and
-/// has no other way to know of them.
-#[derive(Debug)]
-struct Temporaries(Mutex<Vec<PathBuf>>);
-
-/// A place in the list, free again when dropped.
-#[derive(Debug)]
-struct Listed<'a> {
-    list: &'a Temporaries,
-    path: PathBuf,
-}
-
-impl Temporaries {
-    fn paths(&self) -> MutexGuard<'_, Vec<PathBuf>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn add(&self, path: &Path) -> Listed<'_> {
-        self.paths().push(path.to_owned());
-        Listed { list: self, path: path.to_owned() }
-    }
-
-    fn remove(&self) {
-        for path in self.paths().drain(..) {
-            // It may have got its name just now, or be gone.
-            let _ = fs::remove_file(path);
+    elsewhere: &Path,
+    mut write: impl FnMut(&Path) -> Result<T, OutputError>,
+) -> Result<Written<T>, OutputError> {
+    let why = match write(path) {
+        Ok(report) => return Ok(Written { report, instead: None }),
+        Err(why) if !why.is_of_the_place() => return Err(why),
+        Err(why) => why,
+    };
+    for folder in [folder_of(path), elsewhere] {
+        let Some(other) = free_name(folder, path) else { continue };
+        if let Ok(report) = write(&other) {
+            return Ok(Written { report, instead: Some((other, why)) });
         }
     }
+    Err(why)
 }
 
-impl Drop for Listed<'_> {
-    fn drop(&mut self) {
-        self.list.paths().retain(|path| *path != self.path);
-    }
-}
-
-/// A temporary file in the folder of `path`, gone when dropped.
-fn temporary_beside(path: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
-    if path.is_dir() {
-        return Err(OutputError::IsFolder(path.to_owned()));
-    }
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    if !fs::metadata(folder).is_ok_and(|m| m.is_dir()) {
-        return Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() });
-    }
-    tempfile::Builder::new()
-        .prefix(".telamon-")
-        // As any new file, less the process's umask; a temporary file would be its owner's alone.
-        .permissions(Permissions::from_mode(0o666))
-        .tempfile_in(folder)
-        // The operating system's own words, without the temporary file's name.
-        .map_err(|error| OutputError::Io { path: path.to_owned(), error: error.kind().into() })
+/// A name in `folder` that nothing has yet, after that of `path`: `a-rescued.exr`, `a-rescued-2.exr`.
+fn free_name(folder: &Path, path: &Path) -> Option<PathBuf> {
+    let mut names = (1..1000).map(|number| {
+        let mut name = path.file_stem().unwrap_or_default().to_owned();
+        name.push("-rescued");
+        if number > 1 {
+            name.push(format!("-{number}"));
+        }
+        let mut name = folder.join(name).into_os_string();
+        if let Some(extension) = path.extension() {
+            name.push(".");
+            name.push(extension);
+        }
+        PathBuf::from(name)
+    });
+    // Not `exists`, which is false of a link that leads nowhere.
+    names.find(|name| fs::symlink_metadata(name).is_err())
 }
 
 /// Refuses a picture whose channels do not cover its crop.
@@ -266,16 +183,6 @@ pub(super) fn check_shape(path: &Path, picture: &Picture) -> Result<(), OutputEr
 mod tests {
     use super::*;
 
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).expect("exists").flatten();
-        entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect()
-    }
-
-    fn put(writer: &mut AtomicFile, bytes: &[u8]) -> Result<(), OutputError> {
-        writer.write_all(bytes).expect("there is room");
-        Ok(())
-    }
-
     #[test]
     fn extensions_name_the_format() {
         assert_eq!(FileFormat::of(Path::new("a/b.exr")).expect("known"), FileFormat::Exr);
@@ -290,61 +197,41 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_leaves_what_was_there() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("a.png");
-        write_atomically(&path, |w| put(w, b"first")).expect("writable");
-        let failed = write_atomically(&path, |w| {
-            put(w, b"second")?;
-            Err(OutputError::NoColors(path.clone()))
-        });
-        assert!(matches!(failed, Err(OutputError::NoColors(_))));
-        assert_eq!(fs::read(&path).expect("still there"), b"first");
-        assert_eq!(names(folder.path()), ["a.png"]);
-        write_atomically(&path, |w| put(w, b"third")).expect("writable");
-        assert_eq!(fs::read(&path).expect("replaced"), b"third");
-        assert_eq!(names(folder.path()), ["a.png"]);
-        // Readable by those who may read any new file.
-        let plain = folder.path().join("plain");
-        fs::write(&plain, "").expect("writable");
-        let mode = |p: &Path| fs::metadata(p).expect("exists").permissions().mode();
-        assert_eq!(mode(&path), mode(&plain));
-    }
-
-    #[test]
-    fn who_ends_at_once_removes_what_is_half_written() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let [half, whole] = ["half", "whole"].map(|name| folder.path().join(name));
-        let list = Temporaries(Mutex::new(Vec::new()));
-        for path in [&half, &whole] {
-            fs::write(path, "").expect("writable");
+    fn what_cannot_go_there_goes_beside_and_then_elsewhere() {
+        let [folder, elsewhere] = [0; 2].map(|_| tempfile::tempdir().expect("a folder"));
+        let write = |path: &Path| {
+            write_somewhere(path, elsewhere.path(), |path| write_whole(path, b"hours"))
+        };
+        let place =
+            |written: Written<()>| written.instead.map(|(path, why)| (path, why.to_string()));
+        let path = folder.path().join("a.v2.exr");
+        assert_eq!(place(write(&path).expect("writable")), None);
+        fs::remove_file(&path).expect("there");
+        fs::create_dir(&path).expect("writable");
+        let why = format!("cannot write `{}`: it is a folder", path.display());
+        for name in ["a.v2-rescued.exr", "a.v2-rescued-2.exr"] {
+            let (place, said) = place(write(&path).expect("there is room")).expect("not there");
+            assert_eq!((&place, &said), (&folder.path().join(name), &why));
+            assert_eq!(fs::read(&place).expect("written"), b"hours");
         }
-        let _listed = list.add(&half);
-        drop(list.add(&whole));
-        list.remove();
-        assert_eq!(names(folder.path()), ["whole"]);
-    }
-
-    #[test]
-    fn what_cannot_be_written_is_said_before() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let message = |path: &Path| check_writable(path).expect_err("refused").to_string();
-        let path = folder.path().join("none/a.exr");
-        assert_eq!(
-            message(&path),
-            format!(
-                "cannot write `{}`: there is no folder `{}/none`",
-                path.display(),
-                folder.path().display()
-            )
-        );
-        let path = folder.path();
-        assert_eq!(message(path), format!("cannot write `{}`: it is a folder", path.display()));
-        // The kernel's own folder, which even root cannot write to.
-        let told = message(Path::new("/proc/a.exr"));
-        assert!(told.starts_with("cannot write `/proc/a.exr`: "), "{told}");
-        check_writable(&folder.path().join("a.exr")).expect("writable");
-        assert!(names(folder.path()).is_empty(), "a check leaves nothing behind");
+        // The disk of that device is full, and the link's folder is not.
+        let link = folder.path().join("link.png");
+        std::os::unix::fs::symlink("/dev/full", &link).expect("writable");
+        let (beside, said) = place(write(&link).expect("there is room")).expect("not there");
+        assert_eq!(beside, folder.path().join("link-rescued.png"));
+        assert!(said.ends_with("No space left on device (os error 28)"), "{said}");
+        // A folder that is gone has no room beside.
+        let gone = folder.path().join("gone/b.png");
+        let (place, said) = place(write(&gone).expect("there is room")).expect("not there");
+        assert_eq!(place, elsewhere.path().join("b-rescued.png"));
+        assert!(said.contains("there is no folder"), "{said}");
+        // What no place can mend, and what finds none.
+        let unfit = |path: &Path| Err::<(), _>(OutputError::NoColors(path.to_owned()));
+        let refused = write_somewhere(&path, elsewhere.path(), unfit).expect_err("unfit");
+        assert!(matches!(refused, OutputError::NoColors(_)));
+        let refused =
+            write_somewhere(&gone, &gone, |path| write_whole(path, b"")).expect_err("lost");
+        assert!(refused.to_string().contains("gone/b.png"), "{refused}");
     }
 
     #[test]

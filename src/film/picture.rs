@@ -1,7 +1,8 @@
 //! The finished picture, as plain data that every file format is written from.
 
-use super::Film;
-use crate::scene::settings::{ComponentFormat, Crop};
+use super::{Content, Film};
+use crate::math::Rgb;
+use crate::scene::settings::{ComponentFormat, Crop, FilmSettings};
 
 /// Channels over the rendered part of a film.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +15,7 @@ pub struct Picture {
     pub crop: Crop,
     /// The channels, in no particular order; no two of one name.
     pub channels: Vec<Channel>,
-    /// Precision of colours in an EXR file.
+    /// Precision of colours in an EXR file, if it has nothing but colours.
     pub component: ComponentFormat,
 }
 
@@ -67,6 +68,21 @@ impl Picture {
         channels.extend(layers(film));
         let (width, height, crop) = (settings.width, settings.height, settings.crop);
         Self { width, height, crop, channels, component: settings.component }
+    }
+
+    /// Bytes that making and writing the picture of a film takes beside the film: its channels, and a copy
+    /// of one kind of them at a time.
+    #[must_use]
+    pub fn bytes(settings: &FilmSettings, content: &Content) -> u64 {
+        let if_kept = |kept, channels| if kept { channels } else { 0 };
+        let layers: usize = content.layers.iter().map(|l| l.kind.components().len()).sum();
+        let channels = if_kept(content.picture, 3)
+            + if_kept(content.picture && settings.alpha, 1)
+            + if_kept(content.variance && settings.variance, 4)
+            + layers;
+        let per_pixel = channels * size_of::<f32>() + size_of::<Rgb>();
+        let Crop { width, height, .. } = settings.crop;
+        (u64::from(width) * u64::from(height)).saturating_mul(per_pixel as u64)
     }
 
     /// The colour or alpha channel of this name.

@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::output::{OutputError, Report, check_shape, write_atomically};
+use super::atomic_file::write_atomically;
+use super::output::{OutputError, Report, check_shape};
 use super::picture::Picture;
 
 /// What NaN looks like: a colour that no one takes for a part of the scene.

@@ -1,11 +1,13 @@
 //! OpenEXR files in: pictures that others are to be compared with.
 
-use std::io;
+use std::fs;
+use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 
 use exr::meta::MetaData;
-use exr::prelude::{AttributeValue, FlatSamples, Text, read_first_flat_layer_from_file};
+use exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text, read};
 
+use super::exr_size::{PromiseError, promised_bytes};
 use super::picture::{Channel, Picture, Values};
 use crate::scene::settings::{ComponentFormat, Crop};
 
@@ -39,12 +41,25 @@ pub enum InputError {
 /// What the operating system refuses; what is no OpenEXR file; a data window that leaves the display window.
 pub fn read_exr(path: &Path) -> Result<Picture, InputError> {
     let malformed = |reason| InputError::Malformed { path: path.to_owned(), reason };
-    let image = read_first_flat_layer_from_file(path).map_err(|e| match e {
-        exr::error::Error::Io(error) => InputError::Io { path: path.to_owned(), error },
+    let io = |error| InputError::Io { path: path.to_owned(), error };
+    let bytes = fs::read(path).map_err(io)?;
+    let refused = |error| match error {
+        exr::error::Error::Io(error) => io(error),
         exr::error::Error::Invalid(reason) => malformed(reason.into_owned()),
         other => malformed(other.to_string()),
+    };
+    promised_bytes(&bytes).map_err(|error| match error {
+        PromiseError::Malformed(error) => refused(error),
+        PromiseError::TooSmall { .. } => malformed(format!("it {error}")),
     })?;
-    let (display, layer) = (image.attributes.display_window, image.layer_data);
+    let reader = read().no_deep_data().largest_resolution_level().all_channels();
+    // All of them, because to read one alone the crate trusts the table of offsets to lead to its blocks.
+    let reader = reader.all_layers().all_attributes();
+    let image = reader.from_buffered(Cursor::new(bytes)).map_err(refused)?;
+    let display = image.attributes.display_window;
+    let Some(layer) = image.layer_data.into_iter().next() else {
+        return Err(malformed("it has no part".to_owned()));
+    };
     let offset = layer.attributes.layer_position - display.position;
     let number = |n: usize| u32::try_from(n).ok();
     let crop = || {
@@ -102,8 +117,6 @@ pub fn sampler(path: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
     use crate::film::exr::{Metadata, write_exr};
 
@@ -130,8 +143,14 @@ mod tests {
             picture.component = component;
             let metadata = Metadata { sampler: "sobol".to_owned(), ..Metadata::default() };
             write_exr(&path, &picture, &metadata).expect("writable");
-            assert_eq!(read_exr(&path).expect("readable"), picture);
+            // A file with layers has 32 bits throughout.
+            let expected = Picture { component: ComponentFormat::Float, ..picture.clone() };
+            assert_eq!(read_exr(&path).expect("readable"), expected);
             assert_eq!(sampler(&path).as_deref(), Some("sobol"));
+            let mut colors = picture.clone();
+            colors.channels.truncate(3);
+            write_exr(&path, &colors, &metadata).expect("writable");
+            assert_eq!(read_exr(&path).expect("readable"), colors);
         }
     }
 

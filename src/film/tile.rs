@@ -42,13 +42,7 @@ impl Tile {
     /// An empty tile.
     pub(super) fn new(area: Crop, content: &Content) -> Self {
         let pixels = (area.width * area.height) as usize;
-        let indices_per_pixel = content.layers.iter().filter(|l| l.kind.is_index()).count();
-        let numbers_per_cell = content
-            .layers
-            .iter()
-            .filter(|l| !l.kind.is_index())
-            .map(|l| l.kind.components().len())
-            .sum();
+        let (numbers_per_cell, indices_per_pixel) = layer_counts(content);
         let halves = if content.halves { 2 } else { 1 };
         let cells = pixels * halves;
         let if_kept = |kept| if kept { cells } else { 0 };
@@ -64,6 +58,18 @@ impl Tile {
             numbers_per_cell,
             indices_per_pixel,
         }
+    }
+
+    /// Bytes that each pixel of a tile takes.
+    pub(super) fn bytes_per_pixel(content: &Content) -> u64 {
+        let (numbers, indices) = layer_counts(content);
+        let if_kept = |kept, bytes| if kept { bytes } else { 0 };
+        let cell = if_kept(content.picture, size_of::<PictureSum>())
+            + if_kept(content.picture && content.variance, size_of::<DVec3>())
+            + numbers * size_of::<f64>()
+            + size_of::<u32>();
+        let cells = if content.halves { 2 } else { 1 };
+        (cells * cell + indices * size_of::<u32>()) as u64
     }
 
     /// The pixels that the tile covers.
@@ -214,4 +220,11 @@ impl Tile {
     fn cells(&self, pixel: usize) -> Range<usize> {
         pixel * self.halves..(pixel + 1) * self.halves
     }
+}
+
+/// Components of the layers that are averaged, and layers that are not.
+fn layer_counts(content: &Content) -> (usize, usize) {
+    let (indices, numbers): (Vec<_>, Vec<_>) =
+        content.layers.iter().partition(|layer| layer.kind.is_index());
+    (numbers.iter().map(|layer| layer.kind.components().len()).sum(), indices.len())
 }

@@ -4,7 +4,8 @@ use crate::scene::settings::MisHeuristic;
 
 impl MisHeuristic {
     /// The weight of a technique that chose a direction with density `own`, where another could have
-    /// chosen it with density `other` (both in sr⁻¹, one sample each). The two weights sum to 1.
+    /// chosen it with density `other` (both in sr⁻¹, times the number of samples of the technique). The two
+    /// weights sum to 1.
     ///
     /// Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering" (1995),
     /// equations 9 and 10. Written with the quotient of the densities, whose square

@@ -23,7 +23,7 @@ pub struct Path {
 enum LastEdge {
     /// By the camera or by a delta lobe: no shadow ray could have gone the same way.
     Forced,
-    /// From a surface, with density `pdf`.
+    /// From a surface, with density `pdf` for all the directions together that were chosen there.
     Chosen { from: Receiver, pdf: f32 },
 }
 
@@ -56,18 +56,40 @@ impl Path {
             Strategy::Emitter => return Rgb::ZERO,
             Strategy::Mis(heuristic) => {
                 let emitters = tracer.scene().emitters();
-                heuristic.weight(pdf, self.emitters.pdf_toward(emitters, index, &from, &sight))
+                let other = self.emitters.pdf_toward(emitters, index, &from, &sight);
+                heuristic.weight(pdf, self.settings.emitter_samples as f32 * other)
             }
         };
         emitter.radiance(&sight) * weight
     }
 
-    /// Light that arrives at `vertex` straight from one emitter and is scattered back along the path.
+    /// Light that arrives at `vertex` straight from emitters and is scattered back along the path: the mean of
+    /// as many samples as the settings ask for. From the vertex, `directions` are chosen by the other technique.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
     fn next_event(
         &self,
         tracer: &mut Tracer<'_>,
         vertex: &Vertex<'_>,
         shading: &Shading<'_>,
+        directions: f32,
+        sampler: &mut PathSampler<'_>,
+    ) -> Rgb {
+        let count = self.settings.emitter_samples;
+        let mut sum = self.light_sample(tracer, vertex, shading, directions, sampler);
+        for _ in 1..count {
+            sum += self.light_sample(tracer, vertex, shading, directions, sampler);
+        }
+        sum / count as f32
+    }
+
+    /// One sample of [`Path::next_event`].
+    fn light_sample(
+        &self,
+        tracer: &mut Tracer<'_>,
+        vertex: &Vertex<'_>,
+        shading: &Shading<'_>,
+        directions: f32,
         sampler: &mut PathSampler<'_>,
     ) -> Rgb {
         let u = sampler.next_choice();
@@ -84,40 +106,48 @@ impl Path {
         let weight = match self.settings.strategy {
             Strategy::Mis(heuristic) if light.pdf > 0.0 => {
                 let other = self.settings.directions.pdf(shading, wo);
-                heuristic.weight(light.pdf, other)
+                heuristic
+                    .weight(self.settings.emitter_samples as f32 * light.pdf, directions * other)
             }
             _ => 1.0,
         };
         scattered * light.weight * weight
     }
-}
 
-impl Integrator for Path {
-    fn estimate(
+    /// Follows one of the paths into which the path from the camera splits at `first`, which `ray` met, and adds
+    /// what it finds to `estimate`; what arrives at `first` straight from emitters, only if it is the `leading` one.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
+    fn follow<'a>(
         &self,
-        tracer: &mut Tracer<'_>,
+        tracer: &mut Tracer<'a>,
         ray: &Ray,
+        first: Vertex<'a>,
+        leading: bool,
         sampler: &mut PathSampler<'_>,
-    ) -> Estimate {
+        estimate: &mut Estimate,
+    ) {
         let s = &self.settings;
         let mut ray = *ray;
+        let mut vertex = Some(first);
         let mut throughput = Rgb::ONE;
         // Product of the relative indices that the path was refracted by.
         let mut eta = 1.0;
         // Whether the path has met nothing that it did not pass straight through.
         let mut unscattered = true;
 
-        let (mut vertex, mut estimate) = tracer.camera_vertex(&mut ray, s.hide_emitters);
         for edges in 1.. {
             let Some(here) = &vertex else { break };
             if s.max_depth.is_some_and(|max| edges >= max) {
                 break;
             }
             let shading = Shading::new(here, &ray);
+            let directions = if edges == 1 { s.bsdf_samples as f32 } else { 1.0 };
 
             // One more edge straight to an emitter.
-            if s.strategy != Strategy::Bsdf && shading.flags.smooth {
-                estimate.radiance += throughput * self.next_event(tracer, here, &shading, sampler);
+            if s.strategy != Strategy::Bsdf && shading.flags.smooth && (leading || edges > 1) {
+                let arriving = self.next_event(tracer, here, &shading, directions, sampler);
+                estimate.radiance += throughput * arriving;
             }
 
             // The direction in which the path goes on.
@@ -125,17 +155,15 @@ impl Integrator for Path {
             let Some(sample) = s.directions.sample(&shading, u) else {
                 break;
             };
-            let direction = shading.onward(&sample);
-            if !shading.sides_agree(sample.wo, direction) {
-                break;
-            }
+            let Some(direction) = shading.onward(&sample) else { break };
             unscattered &= sample.lobe == Lobe::Null;
-            throughput *= sample.weight;
+            throughput *= sample.weight / directions;
             eta *= sample.eta;
             let edge = if sample.lobe.is_delta() {
                 LastEdge::Forced
             } else {
-                LastEdge::Chosen { from: shading.receiver(&here.surface), pdf: sample.pdf }
+                let from = shading.receiver(&here.surface);
+                LastEdge::Chosen { from, pdf: directions * sample.pdf }
             };
             ray = here.surface.spawn(direction);
 
@@ -152,11 +180,29 @@ impl Integrator for Path {
             throughput *= factor;
             vertex = tracer.closest_vertex(&ray);
             if unscattered && vertex.is_none() {
-                estimate.alpha = if s.hide_emitters { 0.0 } else { tracer.background_alpha() };
+                let alpha = if s.hide_emitters { 0.0 } else { tracer.background_alpha() };
+                estimate.alpha += (alpha - 1.0) / s.bsdf_samples as f32;
             }
 
             // Light that is seen at the end of the new edge.
             estimate.radiance += throughput * self.emitted(tracer, &ray, vertex.as_ref(), edge);
+        }
+    }
+}
+
+impl Integrator for Path {
+    fn estimate(
+        &self,
+        tracer: &mut Tracer<'_>,
+        ray: &Ray,
+        sampler: &mut PathSampler<'_>,
+    ) -> Estimate {
+        let mut ray = *ray;
+        let (vertex, mut estimate) = tracer.camera_vertex(&mut ray, self.settings.hide_emitters);
+        if let Some(first) = vertex {
+            for branch in 0..self.settings.bsdf_samples {
+                self.follow(tracer, &ray, first, branch == 0, sampler, &mut estimate);
+            }
         }
         estimate
     }

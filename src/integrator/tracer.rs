@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3A};
 
 use super::Estimate;
-use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place};
+use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
 use crate::emitter::{Emitter, EmitterSample, Receiver, Sight};
 use crate::intersect::Intersector;
 use crate::math::{Frame, Rgb};
@@ -64,26 +64,38 @@ pub struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
-    /// A local frame around the shading normal, and the place as far as a material needs it. With
-    /// tangents x is the direction in which the first texture coordinate grows.
+    /// The shading normal as the material sees it from the start of `ray`.
     // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
-    fn frame_and_place(&self, needs: Needs, ray: &Ray) -> (Frame, Place) {
+    fn normal(&self, ray: &Ray) -> Vec3A {
+        let SurfacePoint { shading_normal, geometric_normal, .. } = self.surface;
+        if shading_normal == geometric_normal {
+            return shading_normal;
+        }
+        let interface = self.bsdf.interface();
+        shading_normal::bend(shading_normal, geometric_normal, -ray.direction, interface)
+    }
+
+    /// A local frame around `normal`, and the place as far as a material needs it. With tangents x is the
+    /// direction in which the first texture coordinate grows.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
+    fn frame_and_place(&self, normal: Vec3A, needs: Needs, ray: &Ray) -> (Frame, Place) {
         match needs {
-            Needs::Nothing => (self.surface.frame(), Place::default()),
+            Needs::Nothing => (Frame::from_normal(normal), Place::default()),
             Needs::TextureCoordinates => {
                 let uv = self.object.shape.uv(ray, &self.hit);
-                (self.surface.frame(), Place { uv, ..Place::default() })
+                (Frame::from_normal(normal), Place { uv, ..Place::default() })
             }
-            Needs::Tangents => self.frame_and_tangents(ray),
+            Needs::Tangents => self.frame_and_tangents(normal, ray),
         }
     }
 
     #[inline(never)]
-    fn frame_and_tangents(&self, ray: &Ray) -> (Frame, Place) {
+    fn frame_and_tangents(&self, normal: Vec3A, ray: &Ray) -> (Frame, Place) {
         let shape = self.object.shape.as_ref();
         let [dp_du, dp_dv] = shape.tangents(ray, &self.hit);
-        let frame = Frame::from_normal_and_tangent(self.surface.shading_normal, dp_du);
+        let frame = Frame::from_normal_and_tangent(normal, dp_du);
         let place = Place {
             uv: shape.uv(ray, &self.hit),
             dp_du: frame.to_local(dp_du),
@@ -206,8 +218,8 @@ pub(super) fn sight<'v>(
     Sight { from, direction, surface }
 }
 
-/// A vertex as its material sees it: a frame around the shading normal, and the rule that the geometric
-/// normal decides what is a reflection.
+/// A vertex as its material sees it: a frame around the shading normal, bent where it has to be
+/// ([`shading_normal`]), and the rule that the geometric normal decides what is a reflection.
 #[derive(Debug)]
 pub(super) struct Shading<'a> {
     pub(super) bsdf: &'a dyn Bsdf,
@@ -227,7 +239,8 @@ impl<'a> Shading<'a> {
     pub(super) fn new(vertex: &Vertex<'a>, ray: &Ray) -> Self {
         let geometric_normal = vertex.surface.geometric_normal;
         let flags = vertex.bsdf.flags();
-        let (frame, place) = vertex.frame_and_place(flags.needs, ray);
+        let normal = vertex.normal(ray);
+        let (frame, place) = vertex.frame_and_place(normal, flags.needs, ray);
         Self {
             bsdf: vertex.bsdf,
             flags,
@@ -252,8 +265,7 @@ impl<'a> Shading<'a> {
         sampler: &mut PathSampler<'_>,
     ) -> Option<(Vec3A, Rgb)> {
         let sample = directions.sample(self, sampler.next_2d())?;
-        let direction = self.onward(&sample);
-        self.sides_agree(sample.wo, direction).then_some((direction, sample.weight))
+        Some((self.onward(&sample)?, sample.weight))
     }
 
     /// This vertex as one that light is to arrive at: what does not transmit needs none from behind.
@@ -271,17 +283,22 @@ impl<'a> Shading<'a> {
         self.frame.to_local(direction)
     }
 
-    /// The direction of a sample in the world. That of a mirror or of glass comes from the one before it: its
-    /// length would drift, by 1e-4 in ten thousand bounces.
-    pub(super) fn onward(&self, sample: &BsdfSample) -> Vec3A {
-        let direction = self.frame.to_world(sample.wo);
-        if sample.lobe.is_delta() { direction.normalize() } else { direction }
+    /// The direction of a sample in the world; `None` where it would leak.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
+    pub(super) fn onward(&self, sample: &BsdfSample) -> Option<Vec3A> {
+        let mut direction = self.frame.to_world(sample.wo);
+        if sample.lobe.is_delta() {
+            // It comes from the one before it: its length would drift, by 1e-4 in ten thousand bounces.
+            direction = direction.normalize();
+        }
+        self.sides_agree(sample.wo, direction).then_some(direction)
     }
 
     /// Whether the shading normal and the geometric normal agree on which side of the surface `wo` is
     /// (local and world form of one direction): whether it is a reflection for both, or for neither.
     /// Where they do not, light would leak through the surface (Veach 1997, section 5.3).
-    pub(super) fn sides_agree(&self, wo: Vec3A, wo_world: Vec3A) -> bool {
+    fn sides_agree(&self, wo: Vec3A, wo_world: Vec3A) -> bool {
         let reflected = self.wi.z * wo.z > 0.0;
         let reflected_geometrically =
             self.cos_geometric * self.geometric_normal.dot(wo_world) > 0.0;

@@ -5,18 +5,20 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::context::Context;
 use super::document::{Place, Sources};
 use super::emitter::Light;
 use super::graph::Graph;
 use super::plugins::{Build, Category};
 use super::problem::Issue;
-use super::properties::{Context, Object};
+use super::properties::Object;
 use super::shape::BuiltShape;
 use super::{bsdf, emitter, film, integrator, precision, sampler, sensor, shape};
-use crate::bsdf::{Bsdf, Diffuse};
+use crate::bsdf::{Bsdf, Diffuse, Needs};
 use crate::camera::Camera;
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
+use crate::memory::Limits;
 use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
 use crate::scene::{CameraMotion, Description, Object as SceneObject, Scene};
 use crate::shape::Group;
@@ -30,8 +32,13 @@ pub(super) struct Notes {
 }
 
 /// The description of a graph that passed the check; `None` if issues were noted.
-pub(super) fn assemble(graph: &Graph, sources: &Sources, notes: &mut Notes) -> Option<Description> {
-    let context = Context::new(graph, sources);
+pub(super) fn assemble(
+    graph: &Graph,
+    sources: &Sources,
+    limits: &Limits,
+    notes: &mut Notes,
+) -> Option<Description> {
+    let context = Context::new(graph, sources, limits);
     let description = describe(graph, &context, notes);
     notes.warnings.append(&mut context.into_warnings());
     description
@@ -70,6 +77,7 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
     let integrator = settings.unwrap_or_else(|| IntegratorSettings::Path(Default::default()));
     let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
         .expect("indices were handed out with the parts");
+    notes.warnings.extend(darkness(&scene, &integrator, root.place));
     Some(Description {
         scene,
         camera,
@@ -81,6 +89,9 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
     })
 }
 
+/// Materials inside one material; scenes have a few.
+const MANY_EVALUATIONS: u64 = 1000;
+
 /// Materials and lights, as they are found.
 #[derive(Default)]
 struct Parts {
@@ -88,6 +99,8 @@ struct Parts {
     /// Indices of materials by their objects, so that shapes share what they refer to; `None` is the
     /// material of shapes that name none.
     bsdf_of: HashMap<Option<usize>, usize>,
+    /// As [`bsdf::evaluations`] finds them.
+    evaluations: HashMap<usize, u64>,
     /// Index of the black material of emitters that name none, once there is one.
     black: Option<usize>,
     emitters: Vec<Box<dyn Emitter>>,
@@ -248,14 +261,37 @@ impl Parts {
     fn scene_object(
         &mut self,
         object: &Object<'_>,
-        built: BuiltShape,
+        mut built: BuiltShape,
         warnings: &mut Vec<Issue>,
     ) -> Result<SceneObject, Issue> {
         warnings.extend(dropped_warning(object, built.dropped));
         warnings.extend(precision_warnings(object, &built));
-        if object.motion("to_world").is_some() {
-            return self.moving(object, built, warnings);
+        let file = built.file.take();
+        let scene_object = if object.motion("to_world").is_some() {
+            self.moving(object, built, warnings)?
+        } else {
+            self.resting(object, built)?
+        };
+        if let Some(material) = object.parts(Category::Bsdf).next() {
+            let count = bsdf::evaluations(&material, &mut self.evaluations);
+            warnings.extend((count > MANY_EVALUATIONS).then(|| {
+                let message = format!(
+                    "material `{}` asks others {count} times at each point: a render will take as long",
+                    material.id()
+                );
+                let help = "let mixtures share fewer materials";
+                Issue::new(material.place(), message).with_help(help).once()
+            }));
         }
+        let light = scene_object.emitter.map(|i| self.emitters[i].is_textured());
+        let varies = self.bsdfs[scene_object.bsdf].flags().needs > Needs::Nothing;
+        let file = file.iter().flat_map(|f| f.warnings(object, varies || light == Some(true)));
+        warnings.extend(file);
+        Ok(scene_object)
+    }
+
+    /// A shape that does not move.
+    fn resting(&mut self, object: &Object<'_>, built: BuiltShape) -> Result<SceneObject, Issue> {
         let emitter = match object.parts(Category::Emitter).next() {
             None => None,
             Some(light) => match emitter::build(&light)? {
@@ -309,6 +345,26 @@ impl Parts {
         }
         environment
     }
+}
+
+/// A warning if nothing in a scene emits and the integrator shows light.
+fn darkness(scene: &Scene, integrator: &IntegratorSettings, place: Place) -> Option<Issue> {
+    let shows_light = match integrator {
+        IntegratorSettings::Aov { picture, .. } => picture.as_deref(),
+        other => Some(other),
+    };
+    if matches!(shows_light, None | Some(IntegratorSettings::AmbientOcclusion { .. })) {
+        return None;
+    }
+    let message = match scene.emitters() {
+        [] => "the scene has no light, so its picture will be black",
+        lights if lights.iter().all(|light| light.power() == Some(0.0)) => {
+            "the lights of the scene are all black, and so its picture will be"
+        }
+        _ => return None,
+    };
+    let help = "light it, for instance from all sides by <emitter type=\"constant\"/>";
+    Some(Issue::new(place, message).with_help(help))
 }
 
 fn precision_warnings(object: &Object<'_>, built: &BuiltShape) -> Vec<Issue> {

@@ -1,5 +1,7 @@
 //! Materials of scene files.
 
+use std::collections::HashMap;
+
 use super::metals;
 use super::plugins::{
     Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
@@ -162,14 +164,14 @@ const FLIP_INVALID_NORMALS: PropertyInfo = property(
     "flip_invalid_normals",
     Kind::Boolean,
     Default::Boolean(true),
-    "turn round normals that are seen from behind",
+    "turn round normals that are seen from behind, and bend those that would mirror or refract light to the wrong side",
 );
 
 const USE_SHADOWING_FUNCTION: PropertyInfo = property(
     "use_shadowing_function",
     Kind::Boolean,
     Default::Boolean(true),
-    "darken what leaves at flat angles, instead of cutting it off",
+    "darken what leaves at flat angles, except by smooth interfaces, instead of cutting it off",
 );
 
 pub(super) static BUMP_MAP: Plugin = Plugin {
@@ -216,15 +218,33 @@ pub(super) static TWOSIDED: Plugin = Plugin {
     build: Build::Bsdf(twosided),
 };
 
-/// The material that an object describes.
+/// The material that an object describes; built once, however many others it is part of.
 ///
 /// # Errors
 /// A combination that makes no sense.
 pub(super) fn build(object: &Object<'_>) -> Result<Box<dyn Bsdf>, Issue> {
-    match object.plugin().build {
-        Build::Bsdf(build) => build(object),
-        _ => unreachable!("callers pass materials"),
+    let Build::Bsdf(build) = object.plugin().build else { unreachable!("callers pass materials") };
+    if !object.is_shared() {
+        return build(object);
     }
+    object.shared_material(build).map(|material| Box::new(material) as Box<dyn Bsdf>)
+}
+
+/// How many materials that hold no others are asked for a value at a point of this one.
+pub(super) fn evaluations(object: &Object<'_>, known: &mut HashMap<usize, u64>) -> u64 {
+    if let Some(&count) = object.index().and_then(|index| known.get(&index)) {
+        return count;
+    }
+    let inner: Vec<_> = object.parts(Category::Bsdf).collect();
+    let counts = inner.iter().map(|part| evaluations(part, known));
+    // A two-sided one asks that of one side.
+    let count = if std::ptr::eq(object.plugin(), &raw const TWOSIDED) {
+        counts.fold(1, u64::max)
+    } else {
+        counts.fold(0, u64::saturating_add).max(1)
+    };
+    known.extend(object.index().map(|index| (index, count)));
+    count
 }
 
 /// The metal of a conductor.

@@ -1,21 +1,28 @@
 //! Objects against the table of plugins: what is unknown, missing, misplaced or out of range; and whether the
 //! files that they name exist.
 
+use std::collections::HashSet;
+
 use super::assemble::Notes;
+use super::context::Context;
 use super::document::{Place, Sources};
 use super::graph::{Child, Graph, Node, Property};
 use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
 use super::problem::{Issue, did_you_mean, quoted};
-use super::properties::{Context, Object};
+use super::properties::Object;
 use super::spectrum::{Role, Spectrum};
 use super::values::Value;
-use super::{indices, metals};
+use super::{indices, metals, work};
+use crate::memory::Limits;
 
 /// Reports everything in which the objects deviate from the table.
 pub(super) fn check(graph: &Graph, sources: &Sources, notes: &mut Notes) {
     let Notes { issues, warnings } = notes;
-    let context = Context::new(graph, sources);
+    // Files are looked for here, and not loaded.
+    let limits = Limits::default();
+    let context = Context::new(graph, sources, &limits);
     for (index, node) in graph.nodes.iter().enumerate() {
+        work::count(1 + node.properties.len() + node.children.len());
         if let Some(object) = Object::new(&context, index) {
             check_files(&object, node, issues);
         }
@@ -77,8 +84,9 @@ fn check_object(
     warnings: &mut Vec<Issue>,
 ) {
     let object = format!("{} `{}`", plugin.category().tag(), plugin.name);
+    let given: HashSet<&str> = node.properties.iter().map(|p| p.name.as_str()).collect();
     for child in textures(graph, node) {
-        check_texture(node, child, plugin, &object, issues);
+        check_texture(&given, child, plugin, &object, issues);
     }
     for property in &node.properties {
         match (plugin.property(&property.name), &property.value) {
@@ -121,7 +129,7 @@ fn takes_textures(plugin: &Plugin) -> bool {
 
 /// A texture is the value of a property, unless the plugin takes one as its part.
 fn check_texture(
-    node: &Node,
+    given: &HashSet<&str>,
     child: &Child,
     plugin: &'static Plugin,
     object: &str,
@@ -136,7 +144,7 @@ fn check_texture(
             let message = format!("`{name}` is a texture (expected: {})", info.kind);
             issues.push(Issue::new(*place, message));
         }
-        Some(_) if node.properties.iter().any(|p| p.name == *name) => {
+        Some(_) if given.contains(name.as_str()) => {
             issues.push(Issue::new(*place, format!("`{name}` is given more than once")));
         }
         Some(_) => {}
@@ -218,6 +226,24 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
         Some(Issue::new(property.value_place, message))
     };
     let wrong_kind = || complain(format!("is {}", value.describe()));
+    // Says where the range ends that the number leaves, even where nobody is likely to come so far.
+    let out_of_range = |wrong: String, number: f64| {
+        let range = match info.kind {
+            Kind::Integer(min, max) if number > min as f64 => {
+                format!("integer from {min} to {max}")
+            }
+            Kind::Integer(..) => info.kind.to_string(),
+            kind if number.abs() > f64::from(f32::MAX) => {
+                format!("{kind}, and not beyond {:e}", f32::MAX)
+            }
+            kind if number > 0.0 && number as f32 == 0.0 => {
+                format!("{kind}, and at least {:e}", f32::from_bits(1))
+            }
+            kind => kind.to_string(),
+        };
+        let message = format!("`{}` {wrong} (expected: {range})", property.name);
+        Some(Issue::new(property.value_place, message))
+    };
     match (info.kind, value) {
         (Kind::Boolean, Value::Boolean(_))
         | (Kind::Text | Kind::File, Value::Text(_))
@@ -228,7 +254,7 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
             if (min..=max).contains(v) {
                 None
             } else {
-                complain(format!("is {v}"))
+                out_of_range(format!("is {v}"), *v as f64)
             }
         }
         (Kind::RefractiveIndex, Value::Text(name)) => indices::find(name)
@@ -242,12 +268,12 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
         }
         (Kind::Float(bounds), _) => match number(value) {
             Some(v) if bounds.contain(v) => None,
-            Some(v) => complain(format!("is {v}")),
+            Some(v) => out_of_range(format!("is {v}"), v),
             None => wrong_kind(),
         },
         (Kind::RefractiveIndex, _) => match number(value) {
             Some(v) if plugins::Bounds::Positive.contain(v) => None,
-            Some(v) => complain(format!("is {v}")),
+            Some(v) => out_of_range(format!("is {v}"), v),
             None => wrong_kind(),
         },
         (Kind::Rgb(bounds) | Kind::RgbTexture(bounds) | Kind::FloatTexture(bounds), _) => {
@@ -258,8 +284,8 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
             };
             let outside = channels.into_iter().find(|&v| !bounds.contain(v));
             outside.and_then(|v| match value {
-                Value::Rgb(_) => complain(format!("has a channel of {v}")),
-                _ => complain(format!("is {v}")),
+                Value::Rgb(_) => out_of_range(format!("has a channel of {v}"), v),
+                _ => out_of_range(format!("is {v}"), v),
             })
         }
         _ => wrong_kind(),

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use super::mesh::fans;
+use super::mesh_file::MeshFile;
 use super::plugins::{Build, Category, Default, Kind, Part, Plugin, property};
 use super::problem::Issue;
 use super::properties::Object;
@@ -29,7 +31,9 @@ pub(super) static DEFORMABLE: Plugin = Plugin {
 
 fn build(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     let forms: Vec<_> = object.parts(Category::Shape).collect();
-    let meshes = forms.iter().map(form).collect::<Result<Vec<_>, _>>()?;
+    let built = forms.iter().map(form).collect::<Result<Vec<_>, _>>()?;
+    let file = built[0].1.clone();
+    let meshes = with_triangles_of_first(built);
     let times = times(object, forms.len())?;
     let (open, close) = object.shutter();
     // A shutter without length sees the moment at which it opens.
@@ -43,14 +47,37 @@ fn build(object: &Object<'_>) -> Result<BuiltShape, Issue> {
         DeformingError::Keys(_) => Issue::new(object.place_of("times"), "times must ascend"),
     })?;
     if close > open {
-        Ok(BuiltShape::new(Arc::new(mesh)))
+        Ok(BuiltShape { file, ..BuiltShape::new(Arc::new(mesh)) })
     } else {
-        Ok(BuiltShape::from_mesh(Arc::new(mesh.at(0.0))))
+        Ok(BuiltShape { file, ..BuiltShape::from_mesh(Arc::new(mesh.at(0.0))) })
     }
 }
 
+/// The meshes; those whose polygons are the first one's, but were cut otherwise, are cut as the first one is.
+fn with_triangles_of_first(
+    forms: Vec<(Arc<TriangleMesh>, Option<MeshFile>)>,
+) -> impl Iterator<Item = Arc<TriangleMesh>> {
+    let fans_of = |mesh: &TriangleMesh, file: &Option<MeshFile>| {
+        fans(mesh.triangles(), file.as_ref().map_or(&[], |f| &f.remarks.replaced))
+    };
+    let (first, first_fans) = (Arc::clone(&forms[0].0), fans_of(&forms[0].0, &forms[0].1));
+    forms.into_iter().map(move |(mesh, file)| {
+        if mesh.triangles() == first.triangles() || fans_of(&mesh, &file) != first_fans {
+            return mesh;
+        }
+        let same = TriangleMesh::new(
+            mesh.positions().to_vec(),
+            first.triangles().to_vec(),
+            mesh.normals().to_vec(),
+            mesh.uvs().to_vec(),
+        );
+        // A cut that leaves a triangle without area is none for all forms.
+        same.ok().filter(|(_, dropped)| dropped.is_none()).map_or(mesh, |(mesh, _)| Arc::new(mesh))
+    })
+}
+
 /// One of the forms.
-fn form(object: &Object<'_>) -> Result<Arc<TriangleMesh>, Issue> {
+fn form(object: &Object<'_>) -> Result<(Arc<TriangleMesh>, Option<MeshFile>), Issue> {
     let name = object.plugin().name;
     if let Some(part) = [Category::Bsdf, Category::Emitter]
         .into_iter()
@@ -76,14 +103,14 @@ fn form(object: &Object<'_>) -> Result<Arc<TriangleMesh>, Issue> {
     if !matches!(object.plugin().build, Build::Shape(_)) {
         return Err(unsuitable());
     }
-    let BuiltShape { mesh, dropped, .. } = shape::build(object)?;
+    let BuiltShape { mesh, dropped, file, .. } = shape::build(object)?;
     let mesh = mesh.ok_or_else(unsuitable)?;
     if !dropped.is_none() {
         let message =
             format!("{dropped}, so this form of a `deformable` has not the faces of the others");
         return Err(Issue::new(object.place(), message));
     }
-    Ok(mesh)
+    Ok((mesh, file))
 }
 
 /// When the forms are taken.

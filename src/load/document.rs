@@ -12,6 +12,9 @@ const MAX_DEPTH: usize = 64;
 /// Nodes of one file, so that a hostile file cannot fill the memory.
 const MAX_NODES: u32 = 4_000_000;
 
+/// Attributes of one element: the XML parser compares each with each.
+const MAX_ATTRIBUTES: usize = 1000;
+
 /// A stretch of one of the files that make up a scene, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place {
@@ -254,6 +257,10 @@ impl Element {
 /// # Errors
 /// Text that is not well-formed, elements nested too deeply, a document type declaration.
 pub(super) fn parse(text: &str, file: u32) -> Result<Element, Issue> {
+    if let Some(start) = crowded_element(text) {
+        let message = format!("an element has more than {MAX_ATTRIBUTES} attributes");
+        return Err(Issue::new(Place::new(file, start..start + 1), message));
+    }
     let options = roxmltree::ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
         let start = offset_of(text, error.pos());
@@ -268,6 +275,40 @@ pub(super) fn parse(text: &str, file: u32) -> Result<Element, Issue> {
     let opening = document.root().children().take_while(|n| !n.is_element());
     root.comment = opening.filter(roxmltree::Node::is_comment).last().and_then(comment_text);
     Ok(root)
+}
+
+/// Where an element starts that has more attributes than is sane. What is not well-formed is left to the
+/// parser.
+fn crowded_element(text: &str) -> Option<usize> {
+    let mut at = 0;
+    while let Some(start) = text[at..].find('<').map(|i| at + i) {
+        let tag = &text[start..];
+        let unstructured = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")]
+            .into_iter()
+            .find_map(|(open, close)| Some((open.len(), tag.strip_prefix(open)?.find(close)?)));
+        if let Some((opening, length)) = unstructured {
+            at = start + opening + length;
+            continue;
+        }
+        let (mut quote, mut attributes) = (None, 0);
+        let end = tag.bytes().position(|byte| {
+            match (quote, byte) {
+                (None, b'"' | b'\'') => {
+                    quote = Some(byte);
+                    attributes += 1;
+                }
+                (Some(open), _) if open == byte => quote = None,
+                (None, b'>') => return true,
+                _ => {}
+            }
+            attributes > MAX_ATTRIBUTES
+        });
+        if attributes > MAX_ATTRIBUTES {
+            return Some(start);
+        }
+        at = start + end?;
+    }
+    None
 }
 
 /// The text of a comment, its lines without indentation.

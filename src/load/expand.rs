@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use super::document::{Element, Place, Sources, parse};
 use super::nori;
-use super::problem::{Issue, did_you_mean};
-use super::substitute::{Parameters, SubstituteError};
+use super::problem::{Issue, LoadError, did_you_mean};
+use super::substitute::{LONGEST_NAME, Parameters, SubstituteError};
+use super::work;
 
 /// Includes inside includes, as in Mitsuba.
 const MAX_INCLUDE_DEPTH: usize = 15;
@@ -19,6 +20,9 @@ const MAX_ELEMENTS: usize = 1_000_000;
 
 /// Bytes of one scene file; meshes have files of their own.
 const MAX_FILE_BYTES: u64 = 1 << 28;
+
+/// Bytes of all values that parameters are substituted in.
+const MAX_EXPANDED_BYTES: usize = 1 << 25;
 
 /// A walk through the files of a scene.
 #[derive(Debug)]
@@ -39,6 +43,7 @@ pub(super) struct Expander {
     open: Vec<PathBuf>,
     includes: usize,
     elements: usize,
+    expanded_bytes: usize,
 }
 
 impl Expander {
@@ -53,6 +58,7 @@ impl Expander {
             open: Vec::new(),
             includes: 0,
             elements: 0,
+            expanded_bytes: 0,
         }
     }
 
@@ -136,6 +142,7 @@ impl Expander {
     /// Appends what `element` stands for to `out`.
     fn element(&mut self, mut element: Element, root: bool, out: &mut Vec<Element>) {
         self.elements += 1;
+        work::count(1 + element.attributes.len());
         if self.elements > MAX_ELEMENTS {
             if self.elements == MAX_ELEMENTS + 1 {
                 let message = format!("the scene has more than {MAX_ELEMENTS} elements");
@@ -171,11 +178,17 @@ impl Expander {
         for attribute in element.attributes.iter_mut().filter(|a| a.value.contains('$')) {
             let issue = match self.parameters.substitute(&attribute.value) {
                 Ok(value) => {
-                    attribute.value = value;
-                    continue;
+                    self.expanded_bytes = self.expanded_bytes.saturating_add(value.len());
+                    if self.expanded_bytes <= MAX_EXPANDED_BYTES {
+                        attribute.value = value;
+                        continue;
+                    }
+                    let message =
+                        format!("parameters add more than {MAX_EXPANDED_BYTES} bytes to the scene");
+                    Issue::new(attribute.value_place, message)
                 }
                 Err(SubstituteError::Undefined(name)) => {
-                    let hint = did_you_mean(&name, self.parameters.names());
+                    let hint = self.closest_parameter(&name);
                     Issue::new(attribute.value_place, format!("undefined parameter `${name}`{hint}"))
                         .with_help(format!(
                             "give it a value by -D {name}=… or by <default name=\"{name}\" value=\"…\"/> \
@@ -193,6 +206,15 @@ impl Expander {
         }
     }
 
+    fn closest_parameter(&self, name: &str) -> String {
+        // Comparing all with all would take minutes for a large file full of wrong names.
+        if self.issues.len() >= LoadError::MOST {
+            return String::new();
+        }
+        work::count(self.parameters.names().count());
+        did_you_mean(name, self.parameters.names())
+    }
+
     fn default(&mut self, element: &Element) {
         let complete = element.check_attributes(&["name", "value"], &[], &mut self.issues);
         if !element.check_childless(&mut self.issues) || !complete || element.has_unknowns() {
@@ -201,6 +223,11 @@ impl Expander {
         if element.value("name").is_empty() {
             self.issues
                 .push(Issue::new(element.place, "<default> needs a `name` that is not empty"));
+            return;
+        }
+        if element.value("name").len() > LONGEST_NAME {
+            let message = format!("the name of a parameter is longer than {LONGEST_NAME} bytes");
+            self.issues.push(Issue::new(element.place_of("name"), message));
             return;
         }
         self.parameters.set_default(element.value("name"), element.value("value"));
@@ -294,6 +321,9 @@ fn read(path: &Path) -> Result<String, String> {
         return Err(format!("has more than {MAX_FILE_BYTES} bytes (is this a scene file?)"));
     }
     let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    if matches!(bytes[..], [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [b'<', 0, ..] | [0, b'<', ..]) {
+        return Err("is text in UTF-16 (expected UTF-8: save it in that encoding)".into());
+    }
     String::from_utf8(bytes).map_err(|e| {
         let line =
             e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count()

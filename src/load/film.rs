@@ -39,7 +39,7 @@ pub(super) static HDRFILM: Plugin = Plugin {
             "component_format",
             Kind::Choice(&["float16", "float32"]),
             Default::Text("float16"),
-            "precision of colours in the file",
+            "precision of colours in the file; one with layers has 32 bits throughout",
         ),
         property(
             "file_format",
@@ -58,6 +58,12 @@ pub(super) static HDRFILM: Plugin = Plugin {
             Kind::Boolean,
             Default::Boolean(false),
             "read and not needed: sums are always kept precisely",
+        ),
+        property(
+            "banner",
+            Kind::Boolean,
+            Default::Boolean(false),
+            "read and not needed: pictures have none, as in Mitsuba 3",
         ),
     ],
     parts: &[Part::optional(Category::Filter)],

@@ -6,6 +6,7 @@ use super::document::{Element, Place};
 use super::plugins::Category;
 use super::problem::{Issue, LoadError, did_you_mean};
 use super::values::{self, Value};
+use super::work;
 
 /// All objects of a scene.
 #[derive(Debug, Default)]
@@ -33,6 +34,9 @@ pub(super) struct Node {
     pub(super) children: Vec<Child>,
     /// Whether a reference in it leads nowhere, which has been reported.
     pub(super) is_incomplete: bool,
+    /// How many materials have it inside them, by themselves or by reference; all other objects together
+    /// count as one more, since they share what they have.
+    pub(super) owners: usize,
 }
 
 /// A property of an object.
@@ -141,6 +145,7 @@ impl Builder<'_> {
             properties: Vec::new(),
             children: Vec::new(),
             is_incomplete: false,
+            owners: 0,
         });
         self.contents(element, 0);
     }
@@ -163,6 +168,7 @@ impl Builder<'_> {
             properties: Vec::new(),
             children: Vec::new(),
             is_incomplete: false,
+            owners: 0,
         });
         self.contents(element, index);
         index
@@ -181,6 +187,7 @@ impl Builder<'_> {
 
     fn contents(&mut self, object: &Element, index: usize) {
         for element in &object.children {
+            work::count(1 + element.attributes.len());
             match role(element) {
                 Role::Property => self.property(element, index),
                 Role::Object(category) => {
@@ -290,8 +297,11 @@ impl Builder<'_> {
 
     fn closest_id(&self, id: &str) -> String {
         // Comparing all with all would take minutes for a large file full of wrong references.
-        let ids = self.ids.keys().map(String::as_str);
-        if self.issues.len() < LoadError::MOST { did_you_mean(id, ids) } else { String::new() }
+        if self.issues.len() >= LoadError::MOST {
+            return String::new();
+        }
+        work::count(self.ids.len());
+        did_you_mean(id, self.ids.keys().map(String::as_str))
     }
 
     fn resolve(&mut self) {
@@ -309,23 +319,47 @@ impl Builder<'_> {
         for node in &mut self.graph.nodes {
             node.children.retain(|child| child.node != UNRESOLVED);
         }
-        self.issues.extend(find_cycle(&self.graph));
+        self.count_owners();
+        self.issues.extend(find_endless(&self.graph));
+    }
+
+    fn count_owners(&mut self) {
+        let nodes = &self.graph.nodes;
+        let mut owners = vec![(0, false); nodes.len()];
+        for node in nodes {
+            for child in &node.children {
+                match node.category {
+                    Some(Category::Bsdf) => owners[child.node].0 += 1,
+                    _ => owners[child.node].1 = true,
+                }
+            }
+        }
+        for (node, (materials, others)) in self.graph.nodes.iter_mut().zip(owners) {
+            node.owners = materials + usize::from(others);
+        }
     }
 }
 
 /// Stands for the target of a reference until it is known.
 const UNRESOLVED: usize = usize::MAX;
 
-/// An object that contains itself, if there is one. Walks with its own stack, because a chain of
-/// references may be as long as the file.
-fn find_cycle(graph: &Graph) -> Option<Issue> {
+/// Objects inside objects, by themselves or by reference: far more than any scene needs, few enough for the
+/// stack of whoever builds or asks them.
+const MAX_DEPTH: usize = 100;
+
+/// An object that contains itself, or others too deeply, if there is one. Walks with its own stack, because
+/// a chain of references may be as long as the file.
+fn find_endless(graph: &Graph) -> Option<Issue> {
     let mut done = vec![false; graph.nodes.len()];
+    // How deep the objects inside an object that is done are nested.
+    let mut depths = vec![0; graph.nodes.len()];
     let mut open = vec![false; graph.nodes.len()];
     for start in 0..graph.nodes.len() {
         // (object, index of its next child)
         let mut path: Vec<(usize, usize)> = vec![(start, 0)];
         while let Some((node, next)) = path.last_mut() {
             let node = *node;
+            work::count(1);
             open[node] = true;
             if let Some(child) = graph.nodes[node].children.get(*next).filter(|_| !done[node]) {
                 *next += 1;
@@ -342,6 +376,14 @@ fn find_cycle(graph: &Graph) -> Option<Issue> {
                     path.push((child.node, 0));
                 }
             } else {
+                let inner = graph.nodes[node].children.iter().map(|child| depths[child.node] + 1);
+                depths[node] = inner.max().unwrap_or(0);
+                if depths[node] > MAX_DEPTH {
+                    let place = graph.nodes[node].place;
+                    let message =
+                        format!("objects are inside each other more than {MAX_DEPTH} deep");
+                    return Some(Issue::new(place, message));
+                }
                 done[node] = true;
                 open[node] = false;
                 path.pop();

@@ -1,12 +1,16 @@
 //! Image files.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-use image::{ColorType, DynamicImage, ImageError, ImageFormat, ImageReader};
+use image::{ColorType, DynamicImage, ImageFormat, ImageReader};
 
+use super::image_size::{self, Size};
+use crate::film::exr_size::promised_bytes;
+use crate::memory::Limits;
 use crate::texture::Image;
 use crate::texture::image::Texels;
 
@@ -14,18 +18,24 @@ use crate::texture::image::Texels;
 ///
 /// # Errors
 /// What is wrong with the file: a fragment.
-pub(super) fn load(path: &Path) -> Result<Image, String> {
+pub(super) fn load(path: &Path, limits: &Limits) -> Result<Image, String> {
     let bytes = fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    let claim = |bytes| limits.claim(bytes).map_err(|error| format!("is too large: {error}"));
+    let sized = |bytes: &[u8], format| {
+        let size = image_size::checked(bytes, format)?;
+        claim(size.pixels())?;
+        other(bytes, format, size)
+    };
     let image = if bytes.starts_with(&EXR_MAGIC) {
+        claim(promised_bytes(&bytes).map_err(|error| error.to_string())?)?;
         openexr(&bytes)?
+    } else if bytes.starts_with(b"#?") {
+        sized(&plain_radiance(&bytes), ImageFormat::Hdr)?
     } else {
         match image::guess_format(&bytes) {
-            Ok(
-                format @ (ImageFormat::Png
-                | ImageFormat::Jpeg
-                | ImageFormat::Bmp
-                | ImageFormat::Hdr),
-            ) => other(&bytes, format)?,
+            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp)) => {
+                sized(&bytes, format)?
+            }
             _ => {
                 return Err(
                     "is no image in a known format (expected PNG, JPEG, BMP, OpenEXR or HDR)"
@@ -43,6 +53,12 @@ pub(super) fn load(path: &Path) -> Result<Image, String> {
 /// The first bytes of OpenEXR files.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
+/// Bytes that decoding takes for a pixel at most: four floats, and what they are decoded from.
+const LARGEST_PIXEL: u64 = 32;
+
+/// Bytes that it takes besides.
+const SPARE: u64 = 1 << 22;
+
 fn all_finite(texels: &Texels) -> bool {
     match texels {
         Texels::Unorm8(_) | Texels::Unorm16(_) => true,
@@ -51,13 +67,13 @@ fn all_finite(texels: &Texels) -> bool {
     }
 }
 
-fn other(bytes: &[u8], format: ImageFormat) -> Result<Image, String> {
-    let mut reader = ImageReader::new(Cursor::new(bytes));
-    reader.set_format(format);
-    let picture = reader.decode().map_err(|error| match error {
-        ImageError::Limits(_) => "is too large".to_owned(),
-        error => format!("cannot be decoded: {error}"),
-    })?;
+fn other(bytes: &[u8], format: ImageFormat, size: Size) -> Result<Image, String> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    // What else is in a file, such as a colour profile, may be compressed as well.
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(size.pixels() * LARGEST_PIXEL + SPARE);
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|error| format!("cannot be decoded: {error}"))?;
     let (width, height) = (picture.width(), picture.height());
     let grey = !picture.color().has_color();
     let (channels, texels) = match picture.color() {
@@ -72,6 +88,30 @@ fn other(bytes: &[u8], format: ImageFormat) -> Result<Image, String> {
         _ => (3, Texels::Float(DynamicImage::into_rgb32f(picture).into_raw())),
     };
     Image::new(width, height, channels, texels).ok_or_else(|| "has no pixels".to_owned())
+}
+
+/// A file of Radiance with the header that the decoder asks for. Its first line may name any program, such as
+/// `#?RGBE`, and its lines may end as on Windows.
+fn plain_radiance(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let mut header = b"#?RADIANCE\n".to_vec();
+    let mut rest = bytes;
+    let (mut lines, mut after_blank) = (0, false);
+    while let Some(end) = rest.iter().position(|&b| b == b'\n') {
+        let line = rest[..end].strip_suffix(b"\r").unwrap_or(&rest[..end]);
+        rest = &rest[end + 1..];
+        if lines > 0 {
+            header.extend_from_slice(line);
+            header.push(b'\n');
+        }
+        lines += 1;
+        // The size stands below an empty line, and pixels below that.
+        if after_blank {
+            header.extend_from_slice(rest);
+            return Cow::Owned(header);
+        }
+        after_blank = line.is_empty();
+    }
+    Cow::Borrowed(bytes)
 }
 
 /// The channels `R`, `G` and `B`, or else `Y`, of the first layer that has them.

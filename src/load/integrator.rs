@@ -43,6 +43,9 @@ const EMITTER_CHOICE: PropertyInfo = property(
      which knows of distance and orientation",
 );
 
+/// As many as `branching` may have rays.
+const MOST_SAMPLES: i64 = 65_536;
+
 pub(super) static PATH: Plugin = Plugin {
     name: "path",
     help: "The path tracer; also the integrator of scenes that name none.",
@@ -63,6 +66,12 @@ pub(super) static PATH: Plugin = Plugin {
         STRATEGY,
         DIRECTIONS,
         EMITTER_CHOICE,
+        property(
+            "emitter_samples",
+            Kind::Integer(1, MOST_SAMPLES),
+            Default::Integer(1),
+            "shadow rays at each surface (not in Mitsuba)",
+        ),
         property(
             "rr_policy",
             Kind::Choice(&["throughput", "fixed", "none"]),
@@ -92,21 +101,21 @@ pub(super) static DIRECT: Plugin = Plugin {
     properties: &[
         property(
             "shading_samples",
-            Kind::Integer(1, MAX_DEPTH),
+            Kind::Integer(1, MOST_SAMPLES),
             Default::Integer(1),
-            "shadow rays and directions; 1, because `sample_count` does more for the same work",
+            "shadow rays and as many directions",
         ),
         property(
             "emitter_samples",
-            Kind::Integer(0, MAX_DEPTH),
+            Kind::Integer(0, MOST_SAMPLES),
             Default::Integer(1),
-            "shadow rays; 0 or 1",
+            "shadow rays",
         ),
         property(
             "bsdf_samples",
-            Kind::Integer(0, MAX_DEPTH),
+            Kind::Integer(0, MOST_SAMPLES),
             Default::Integer(1),
-            "directions; 0 or 1",
+            "directions that are followed until they meet something",
         ),
         HIDE_EMITTERS,
         STRATEGY,
@@ -215,12 +224,18 @@ fn path(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
     if max_depth.is_none() {
         check_that_paths_end(object, roulette)?;
     }
+    let strategy = strategy(object);
+    if strategy == Strategy::Bsdf {
+        object.refuse(&["emitter_samples"], "if `strategy` is `bsdf`")?;
+    }
     Ok(IntegratorSettings::Path(PathSettings {
         max_depth,
         roulette,
-        strategy: strategy(object),
+        strategy,
         directions: directions(object),
         emitter_choice: emitter_choice(object),
+        emitter_samples: object.count("emitter_samples"),
+        bsdf_samples: 1,
         hide_emitters: object.boolean("hide_emitters"),
     }))
 }
@@ -269,34 +284,45 @@ fn check_that_paths_end(object: &Object<'_>, roulette: Roulette) -> Result<(), I
 }
 
 fn direct(object: &Object<'_>) -> Result<IntegratorSettings, Issue> {
-    let counts = ["emitter_samples", "bsdf_samples"];
-    if object.has("shading_samples") {
-        object.refuse(&counts, "beside `shading_samples`")?;
-    }
-    if object.has("strategy") {
-        object.refuse(&counts, "beside `strategy`")?;
-    }
-    for name in ["shading_samples", "emitter_samples", "bsdf_samples"] {
-        if object.integer(name) > 1 {
-            let message = format!("`{name}` is {} (expected at most 1)", object.integer(name));
-            let help = "raise the sampler's `sample_count` instead: more samples for the same work";
-            return Err(Issue::new(object.place_of(name), message).with_help(help));
-        }
-    }
-    let strategy = match counts.map(|name| object.integer(name)) {
+    let names = ["emitter_samples", "bsdf_samples"];
+    let counts = if object.has("shading_samples") {
+        object.refuse(&names, "beside `shading_samples`")?;
+        [object.count("shading_samples"); 2]
+    } else {
+        names.map(|name| object.count(name))
+    };
+    let strategy = match counts {
         [0, 0] => {
-            let message = "integrator `direct` needs `emitter_samples` or `bsdf_samples` to be 1";
+            let message =
+                "integrator `direct` needs `emitter_samples` or `bsdf_samples` to be above 0";
             return Err(Issue::new(object.place(), message));
+        }
+        [0, _] | [_, 0] if object.has("strategy") => {
+            let name = if counts[0] == 0 { names[0] } else { names[1] };
+            let message = format!("`{name}` is 0 (expected at least 1 beside `strategy`)");
+            return Err(Issue::new(object.place_of(name), message));
         }
         [0, _] => Strategy::Bsdf,
         [_, 0] => Strategy::Emitter,
         _ => strategy(object),
     };
+    match strategy {
+        Strategy::Bsdf if counts[0] > 0 => {
+            object.refuse(&["emitter_samples"], "if `strategy` is `bsdf`")?;
+        }
+        Strategy::Emitter if counts[1] > 0 => {
+            object.refuse(&["bsdf_samples"], "if `strategy` is `emitter`")?;
+        }
+        _ => {}
+    }
     Ok(IntegratorSettings::Path(PathSettings {
         max_depth: Some(2),
         strategy,
         directions: directions(object),
         emitter_choice: emitter_choice(object),
+        // What a strategy does not have is asked for once: mirrors are followed by all of them.
+        emitter_samples: if strategy == Strategy::Bsdf { 1 } else { counts[0] },
+        bsdf_samples: if strategy == Strategy::Emitter { 1 } else { counts[1] },
         hide_emitters: object.boolean("hide_emitters"),
         ..PathSettings::default()
     }))

@@ -9,11 +9,13 @@
 
 use std::path::Path;
 
+use crate::memory::Limits;
 use crate::scene::Description;
 
 mod assemble;
 mod bsdf;
 mod check;
+mod context;
 mod deformable;
 mod document;
 mod emitter;
@@ -21,9 +23,11 @@ mod expand;
 mod film;
 mod graph;
 mod image;
+mod image_size;
 mod indices;
 mod integrator;
 pub mod mesh;
+mod mesh_file;
 mod metals;
 mod nori;
 pub mod plugins;
@@ -40,10 +44,12 @@ mod texture;
 mod transform;
 mod upgrade;
 mod values;
+mod work;
 
 #[cfg(test)]
 mod tests;
 
+pub use nori::{NoriX, UnknownSide};
 pub use problem::{LoadError, Position, Problem, Warning};
 
 use assemble::Notes;
@@ -53,10 +59,15 @@ use problem::Issue;
 use substitute::Parameters;
 
 /// What the user adds to a scene file.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// Values of parameters, by name: they replace `$name` and win over `<default>`.
     pub defines: Vec<(String, String)>,
+    /// What meshes and images may take.
+    pub limits: Limits,
+    /// Where the x axis of the camera points in a scene of Nori; `None` assumes the default, with a warning. Of
+    /// no effect on other scenes.
+    pub nori_x: Option<NoriX>,
 }
 
 /// A scene that was loaded.
@@ -107,16 +118,16 @@ fn load(
         return Err(LoadError::new(&notes.issues, &sources));
     };
     if is_nori {
-        nori::translate(&mut root, &mut notes.issues);
+        nori::translate(&mut root, options.nori_x, &mut notes);
     }
     upgrade::upgrade(&mut root, &sources, &mut notes.warnings);
     let graph = graph::build(&root, incomplete, &mut notes.issues);
     check::check(&graph, &sources, &mut notes);
     fail_on_issues(&notes)?;
-    let description = assemble::assemble(&graph, &sources, &mut notes);
+    let description = assemble::assemble(&graph, &sources, &options.limits, &mut notes);
     fail_on_issues(&notes)?;
     Ok(Loaded {
         description: description.expect("a scene without issues is complete"),
-        warnings: notes.warnings.iter().map(|w| w.resolve(&sources)).collect(),
+        warnings: Issue::in_order(notes.warnings).iter().map(|w| w.resolve(&sources)).collect(),
     })
 }

@@ -1,19 +1,67 @@
 //! Scenes of Nori, the framework of many a lecture, in the words of Mitsuba 3.
 //!
-//! One table says what becomes of each object. More than names differ in a few places: the x axis of Nori's
-//! camera points to the right of the picture, and Mitsuba's to the left; size and filter of the picture
+//! One table says what becomes of each object. More than names differ in a few places: the x axis of the
+//! camera points to one side of the picture or the other, see [`NoriX`]; size and filter of the picture
 //! belong to the camera, and the sampler stands beside it; what emits and names no material is diffuse.
 
 use std::f64::consts::PI;
+use std::fmt;
+use std::str::FromStr;
 
 use glam::DVec3;
 
+use super::assemble::Notes;
 use super::check::unknown_property;
 use super::document::{Element, Place};
 use super::plugins::{Bounds, Kind};
 use super::problem::{Issue, did_you_mean, quoted};
 use super::transform::triple;
 use super::values::{self, numbers};
+
+/// Where the x axis of the camera points in the pictures of a version of Nori. Scenes do not say for which
+/// version they were made, and shown by the other one they are mirrored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NoriX {
+    /// To the right, as in the versions whose scenes begin a camera's `toWorld` with a scale of -1, 1, 1.
+    #[default]
+    Right,
+    /// To the left, as in Mitsuba.
+    Left,
+}
+
+impl NoriX {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Right, Self::Left];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Left => "left",
+        }
+    }
+}
+
+impl fmt::Display for NoriX {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A side that is neither `right` nor `left`.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no side of a picture (expected right or left)")]
+pub struct UnknownSide(String);
+
+impl FromStr for NoriX {
+    type Err = UnknownSide;
+
+    fn from_str(name: &str) -> Result<Self, UnknownSide> {
+        let side = Self::ALL.into_iter().find(|side| side.name() == name);
+        side.ok_or_else(|| UnknownSide(name.to_owned()))
+    }
+}
 
 /// What becomes of an object.
 struct Object {
@@ -99,12 +147,29 @@ pub(super) fn is_scene(root: &Element) -> bool {
     root.tag == "scene" && root.children.iter().any(|c| matches!(c.tag.as_str(), "mesh" | "camera"))
 }
 
-/// Says the same in Mitsuba's words.
-pub(super) fn translate(scene: &mut Element, issues: &mut Vec<Issue>) {
+/// Says the same in Mitsuba's words; which side is assumed, if `x` does not say it, is a warning.
+pub(super) fn translate(scene: &mut Element, x: Option<NoriX>, notes: &mut Notes) {
+    let Notes { issues, warnings } = notes;
     translate_children(scene, issues);
     let samplers = take_all(scene, "sampler");
+    for camera in scene.children.iter_mut().filter(|c| c.tag == "sensor") {
+        if x.unwrap_or_default() == NoriX::Right {
+            mirror(camera);
+        }
+    }
     match scene.children.iter_mut().find(|c| c.tag == "sensor") {
-        Some(camera) => camera.children.extend(samplers),
+        Some(camera) => {
+            camera.children.extend(samplers);
+            if x.is_none() {
+                let side = NoriX::default();
+                let message = format!(
+                    "a scene of Nori: the camera's x axis is taken to point to the {side} of the picture"
+                );
+                let help = "versions of Nori differ; if left and right are swapped, use `--nori-x left`, and \
+                            `--nori-x right` if this is as it should be";
+                warnings.push(Issue::new(camera.place, message).with_help(help));
+            }
+        }
         None => {
             let help = "add <camera type=\"perspective\"> with a `toWorld` and a `fov`";
             issues.push(Issue::new(scene.place, "the scene has no camera").with_help(help));
@@ -208,6 +273,12 @@ fn camera(camera: &mut Element, _: &mut Vec<Issue>) {
     let mut film =
         Element::new("film", place).with("type", "hdrfilm").containing(vec![width, height]);
     film.children.extend(take_all(camera, "rfilter"));
+    camera.children.extend([fov, film]);
+}
+
+/// Lets a camera, whose x axis points to the left in Mitsuba, have it on the right.
+fn mirror(camera: &mut Element) {
+    let place = camera.place;
     let mirror = Element::new("scale", place).with("value", "-1, 1, 1");
     match camera.children.iter_mut().find(|c| c.value("name") == "to_world") {
         Some(transform) => transform.children.insert(0, mirror),
@@ -216,7 +287,6 @@ fn camera(camera: &mut Element, _: &mut Vec<Issue>) {
             camera.children.push(map.containing(vec![mirror]));
         }
     }
-    camera.children.extend([fov, film]);
 }
 
 /// `kd / π` and, for the rest of the light, reflection by Beckmann's microfacets under Fresnel's law: a

@@ -212,7 +212,7 @@ impl Kind {
 }
 
 /// A range of numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Bounds {
     /// All that an f32 can hold.
     Any,
@@ -241,6 +241,15 @@ impl Bounds {
 }
 
 impl Bounds {
+    /// The smallest and the largest number within; 0 also where only what is above it is.
+    pub(super) fn limits(self) -> [f32; 2] {
+        match self {
+            Self::Any => [f32::MIN, f32::MAX],
+            Self::Positive | Self::NotNegative => [0.0, f32::MAX],
+            Self::Unit | Self::Probability => [0.0, 1.0],
+        }
+    }
+
     /// The closest colour within.
     pub(super) fn clamp(self, rgb: DVec3) -> DVec3 {
         match self {

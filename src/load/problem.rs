@@ -1,5 +1,6 @@
 //! What is wrong with a scene file, and where.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -102,15 +103,30 @@ pub(super) struct Issue {
     place: Place,
     message: String,
     help: Option<String>,
+    /// Whether the message names what it is about, and so is said once, wherever that is used.
+    once: bool,
 }
 
 impl Issue {
     pub(super) fn new(place: Place, message: impl Into<String>) -> Self {
-        Self { place, message: message.into(), help: None }
+        Self { place, message: message.into(), help: None, once: false }
     }
 
     pub(super) fn with_help(self, help: impl Into<String>) -> Self {
         Self { help: Some(help.into()), ..self }
+    }
+
+    /// The same, whose message names what it is about and is said once.
+    pub(super) fn once(self) -> Self {
+        Self { once: true, ..self }
+    }
+
+    /// In the order of the files, each that is said once the first time.
+    pub(super) fn in_order(mut issues: Vec<Self>) -> Vec<Self> {
+        issues.sort_by_key(|issue| issue.place.order());
+        let mut said = HashSet::new();
+        issues.retain(|issue| !issue.once || said.insert(issue.message.clone()));
+        issues
     }
 
     pub(super) fn resolve(&self, sources: &Sources) -> Problem {

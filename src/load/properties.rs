@@ -1,75 +1,22 @@
 //! Objects as their constructors see them: checked, with defaults filled in from the table.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use super::document::{Place, Sources};
-use super::graph::{Graph, Node, Property};
+use super::context::{Context, lock};
+use super::document::Place;
+use super::graph::{Node, Property};
 use super::image;
 use super::indices;
 use super::plugins::{self, Build, Category, Default, Kind, Plugin};
 use super::problem::Issue;
 use super::values::Value;
+use crate::bsdf::Bsdf;
 use crate::math::{Motion, Rgb};
+use crate::memory::Limits;
 use crate::texture::{Image, Texture, Textured};
-
-/// An image, or what is wrong with its file.
-type Decoded = Result<Arc<Image>, String>;
-
-/// What all objects of a scene share.
-#[derive(Debug)]
-pub(super) struct Context<'a> {
-    graph: &'a Graph,
-    sources: &'a Sources,
-    /// Images by their files, each decoded once.
-    images: Mutex<HashMap<PathBuf, Arc<OnceLock<Decoded>>>>,
-    /// Textures by their objects.
-    textures: Mutex<HashMap<usize, Arc<dyn Texture>>>,
-    warnings: Mutex<Vec<Issue>>,
-}
-
-impl<'a> Context<'a> {
-    pub(super) fn new(graph: &'a Graph, sources: &'a Sources) -> Self {
-        Self {
-            graph,
-            sources,
-            images: Mutex::default(),
-            textures: Mutex::default(),
-            warnings: Mutex::default(),
-        }
-    }
-
-    /// What constructors found that may not be as meant.
-    pub(super) fn into_warnings(self) -> Vec<Issue> {
-        self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// When the shutter of the first sensor opens and closes.
-    pub(super) fn shutter(&'a self) -> (f64, f64) {
-        let top = self.graph.nodes.first().map_or(&[][..], |root| &root.children);
-        let sensor = top
-            .iter()
-            .filter_map(|child| Object::new(self, child.node))
-            .find(|o| o.plugin().category() == Category::Sensor);
-        let has_shutter = |o: &Object<'a>| o.plugin().property("shutter_open").is_some();
-        sensor
-            .filter(has_shutter)
-            .map_or((0.0, 0.0), |s| (s.float("shutter_open"), s.float("shutter_close")))
-    }
-
-    /// All objects, wherever they stand.
-    pub(super) fn objects(&'a self) -> impl Iterator<Item = Object<'a>> {
-        (0..self.graph.nodes.len()).filter_map(|index| Object::new(self, index))
-    }
-}
-
-/// What a thread that panicked left is as good as what it found.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// An object that passed [`super::check::check`]: its properties have the kinds that the table says.
 #[derive(Clone, Copy, Debug)]
@@ -125,6 +72,11 @@ impl<'a> Object<'a> {
     /// Where the value of a property stands, or else the object.
     pub(super) fn place_of(&self, name: &str) -> Place {
         self.given(name).map_or(self.place(), |p| p.value_place)
+    }
+
+    /// What its files may take.
+    pub(super) fn limits(&self) -> &'a Limits {
+        self.context.limits
     }
 
     /// When the shutter opens and closes.
@@ -277,7 +229,7 @@ impl<'a> Object<'a> {
     /// Those of the texture.
     pub(super) fn rgb_texture(&self, name: &str) -> Result<Textured<Rgb>, Issue> {
         Ok(match self.texture_object(name) {
-            Some(texture) => Textured::Varying(texture.texture()?),
+            Some(texture) => Textured::Varying(self.within_bounds(name, &texture)?),
             None => Textured::Uniform(self.rgb(name)),
         })
     }
@@ -288,7 +240,7 @@ impl<'a> Object<'a> {
     /// Those of the texture.
     pub(super) fn float_texture(&self, name: &str) -> Result<Textured<f32>, Issue> {
         if let Some(texture) = self.texture_object(name) {
-            return Ok(Textured::Varying(texture.texture()?));
+            return Ok(Textured::Varying(self.within_bounds(name, &texture)?));
         }
         Ok(Textured::Uniform(match self.value(name) {
             Some(Value::Rgb(_) | Value::Spectrum(_)) => self.rgb(name).element_sum() / 3.0,
@@ -320,6 +272,56 @@ impl<'a> Object<'a> {
         Ok(texture)
     }
 
+    /// The texture that a property is, with its values kept within what the property takes.
+    fn within_bounds(&self, name: &str, texture: &Self) -> Result<Arc<dyn Texture>, Issue> {
+        let built = texture.texture()?;
+        let kind = self.plugin.property(name).expect(IN_TABLE).kind;
+        let (Kind::RgbTexture(bounds) | Kind::FloatTexture(bounds)) = kind else {
+            unreachable!("{IN_TABLE}")
+        };
+        let range @ [least, most] = built.range();
+        if range.into_iter().all(|value| bounds.contain(value.into())) {
+            return Ok(built);
+        }
+        let shown = |v: f32| if v.abs() < 1e6 { v.to_string() } else { format!("{v:e}") };
+        let (from, to) = (shown(least), shown(most));
+        let what =
+            format!("`{name}` is a texture with values from {from} to {to} (expected: {kind})");
+        let limits @ [lower, upper] = bounds.limits();
+        if most < lower || upper < least {
+            // As for a number.
+            return Err(Issue::new(texture.place(), what));
+        }
+        let message = format!("{what}; the nearest value within takes the place of those outside");
+        let help = "if the picture was enlarged or sharpened, clamp it afterwards";
+        self.warn(Issue::new(texture.place(), message).with_help(help));
+        let key = (texture.index.expect("a texture is in the graph"), bounds);
+        let mut clamped = lock(&self.context.clamped_textures);
+        Ok(Arc::clone(clamped.entry(key).or_insert_with(|| built.clamped(limits))))
+    }
+
+    /// Whether more than one object has it as its part.
+    pub(super) fn is_shared(&self) -> bool {
+        self.node.is_some_and(|node| node.owners > 1)
+    }
+
+    /// The material that this object describes, which `build` makes the first time.
+    ///
+    /// # Errors
+    /// Those of `build`.
+    pub(super) fn shared_material(
+        &self,
+        build: impl FnOnce(&Self) -> Result<Box<dyn Bsdf>, Issue>,
+    ) -> Result<Arc<dyn Bsdf>, Issue> {
+        let index = self.index.expect("what is shared is in the graph");
+        if let Some(material) = lock(&self.context.materials).get(&index) {
+            return Ok(Arc::clone(material));
+        }
+        let material = Arc::from(build(self)?);
+        lock(&self.context.materials).insert(index, Arc::clone(&material));
+        Ok(material)
+    }
+
     /// The image in the file that a property names, decoded once however often it is named.
     ///
     /// # Errors
@@ -328,7 +330,7 @@ impl<'a> Object<'a> {
         let path = self.file(name)?;
         let once = Arc::clone(lock(&self.context.images).entry(path.clone()).or_default());
         // Decoded outside of the lock; who comes second waits for this file alone.
-        let image = once.get_or_init(|| image::load(&path).map(Arc::new));
+        let image = once.get_or_init(|| image::load(&path, self.context.limits).map(Arc::new));
         image.clone().map_err(|message| {
             Issue::new(self.place_of(name), format!("{} {message}", path.display()))
         })

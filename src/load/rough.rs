@@ -142,8 +142,9 @@ fn roughness(object: &Object<'_>) -> Result<Roughness, Issue> {
     let distribution = distribution(object);
     let alpha = |name: &str| -> Result<Textured<f32>, Issue> {
         let alpha = object.float_texture(name)?;
-        if let Textured::Uniform(alpha) = alpha {
-            warn_if_smooth(object, name, alpha);
+        match &alpha {
+            Textured::Uniform(alpha) => warn_if_smooth(object, name, *alpha),
+            Textured::Varying(texture) => warn_if_smooth(object, name, texture.range()[0]),
         }
         Ok(alpha)
     };

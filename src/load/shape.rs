@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::mesh::{LoadedMesh, MeshFileError, MeshOptions, load_obj, load_ply, load_serialized};
+use super::mesh::{
+    LoadedMesh, MeshFileError, MeshOptions, MeshProblem, load_obj, load_ply, load_serialized,
+};
+use super::mesh_file::MeshFile;
 use super::plugins::{
     Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
 };
@@ -23,17 +26,18 @@ pub(super) struct BuiltShape {
     /// The same, if it is a mesh.
     pub(super) mesh: Option<Arc<TriangleMesh>>,
     pub(super) dropped: Dropped,
+    pub(super) file: Option<MeshFile>,
 }
 
 impl BuiltShape {
     /// A shape that is no mesh.
     pub(super) fn new(shape: Arc<dyn Shape>) -> Self {
-        Self { shape, mesh: None, dropped: Dropped::default() }
+        Self { shape, mesh: None, dropped: Dropped::default(), file: None }
     }
 
     /// A mesh that is whole.
     pub(super) fn from_mesh(mesh: Arc<TriangleMesh>) -> Self {
-        Self { shape: mesh.clone(), mesh: Some(mesh), dropped: Dropped::default() }
+        Self { mesh: Some(mesh.clone()), ..Self::new(mesh) }
     }
 }
 
@@ -235,15 +239,26 @@ fn from_file(
         face_normals: object.boolean("face_normals"),
         flip_normals: object.boolean("flip_normals"),
         flip_tex_coords: turns_uvs && object.boolean("flip_tex_coords"),
+        limits: object.limits().clone(),
     };
     let loaded = load(&path, &options).map_err(|error| {
         let issue = Issue::new(object.place_of("filename"), error.to_string());
+        if let MeshProblem::Unpacked { .. } = error.problem() {
+            return issue.with_help("`--max-unpacked` raises the limit");
+        }
         match (error.source_line(), error.column()) {
             (Some(line), Some(_)) => issue.with_help(format!("the line is `{line}`")),
             _ => issue,
         }
     })?;
-    from_mesh(object, loaded.mesh, loaded.dropped)
+    for (message, help) in loaded.remarks.warnings() {
+        let message = format!("{}: {message}", path.display());
+        let issue = Issue::new(object.place_of("filename"), message);
+        object.warn(issue.with_help(help).once());
+    }
+    let has_uvs = !loaded.mesh.uvs().is_empty();
+    let file = Some(MeshFile { path, remarks: loaded.remarks, has_uvs });
+    Ok(BuiltShape { file, ..from_mesh(object, loaded.mesh, loaded.dropped)? })
 }
 
 fn primitive(
@@ -259,6 +274,12 @@ fn from_mesh(
     mesh: TriangleMesh,
     dropped: Dropped,
 ) -> Result<BuiltShape, Issue> {
+    if mesh.triangles().is_empty() && flattens(object.transform("to_world").matrix3) {
+        let message =
+            "`to_world` leaves no area of the shape: it scales an axis by 0, or by next to 0";
+        let help = "scale by more than 0 along each axis in which the shape extends";
+        return Err(Issue::new(object.place_of("to_world"), message).with_help(help));
+    }
     if mesh.triangles().is_empty() {
         let name = object.plugin().name;
         let message = format!("shape `{name}` has no triangle with an area and finite vertices");
@@ -268,6 +289,13 @@ fn from_mesh(
         )));
     }
     Ok(BuiltShape { dropped, ..BuiltShape::from_mesh(Arc::new(mesh)) })
+}
+
+/// Whether a map scales an axis by 0, or by next to 0 beside the others.
+fn flattens(map: DMat3) -> bool {
+    let largest = map.x_axis.abs().max(map.y_axis.abs()).max(map.z_axis.abs()).max_element();
+    // What a product of rotations and a scale by 0 leaves is of the order of 1e-16.
+    largest == 0.0 || (map * (1.0 / largest)).determinant().abs() < 1e-12
 }
 
 fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
@@ -281,7 +309,11 @@ fn sphere(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     if !(radius > 0.0 && radius.is_finite()) {
         return Err(Issue::new(
             object.place(),
-            format!("a sphere cannot have a radius of {radius}"),
+            format!(
+                "a sphere cannot have a radius of {radius} (expected: {:e} to {:e}, after `to_world`)",
+                f32::from_bits(1),
+                f32::MAX
+            ),
         ));
     }
     // A map that mirrors turns the normals, as in Mitsuba.

@@ -1,14 +1,25 @@
 //! Parameters of a scene: `$name` in attributes, with values from the user or from `<default>`.
 
+use std::collections::{BTreeSet, HashMap};
+
+use super::work;
+
 /// The longest value that substitution may make, so that defaults which repeat each other cannot fill the
 /// memory.
 const LONGEST_VALUE: usize = 1 << 16;
 
+/// The longest name of a parameter, so that a dollar sign is compared with few lengths.
+pub(super) const LONGEST_NAME: usize = 255;
+
 /// Parameters and their values.
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
-    /// Longest name first, so that `$radius_b` is not read as `$radius` and `_b`.
+    /// In the order in which they were given.
     list: Vec<Parameter>,
+    /// Places in the list by name.
+    by_name: HashMap<String, usize>,
+    /// Lengths of names. The longest one counts, so that `$radius_b` is not read as `$radius` and `_b`.
+    lengths: BTreeSet<usize>,
 }
 
 #[derive(Debug)]
@@ -32,23 +43,37 @@ impl Parameters {
     pub(super) fn new(defines: &[(String, String)]) -> Self {
         let mut parameters = Self::default();
         for (name, value) in defines {
-            parameters.list.retain(|p| p.name != *name);
-            parameters.insert(name, value, false);
+            match parameters.by_name.get(name) {
+                Some(&known) => parameters.list[known].value.clone_from(value),
+                None => parameters.insert(name, value, false),
+            }
         }
         parameters
     }
 
     /// Gives a parameter a value, unless it has one.
     pub(super) fn set_default(&mut self, name: &str, value: &str) {
-        if !self.list.iter().any(|p| p.name == name) {
+        if !self.by_name.contains_key(name) {
             // A default that nothing refers to is no mistake of the user.
             self.insert(name, value, true);
         }
     }
 
     fn insert(&mut self, name: &str, value: &str, used: bool) {
-        let at = self.list.partition_point(|p| p.name.len() >= name.len());
-        self.list.insert(at, Parameter { name: name.to_owned(), value: value.to_owned(), used });
+        self.by_name.insert(name.to_owned(), self.list.len());
+        if name.len() <= LONGEST_NAME {
+            self.lengths.insert(name.len());
+        }
+        self.list.push(Parameter { name: name.to_owned(), value: value.to_owned(), used });
+    }
+
+    /// The parameter with the longest name that `text` starts with.
+    fn find(&self, text: &str) -> Option<usize> {
+        let longest_first = self.lengths.iter().rev();
+        longest_first
+            .filter_map(|&length| text.get(..length))
+            .inspect(|_| work::count(1))
+            .find_map(|name| self.by_name.get(name).copied())
     }
 
     /// Names and values given by the user that nothing has referred to.
@@ -75,10 +100,11 @@ impl Parameters {
             }
             result.push_str(&rest[..dollar]);
             rest = &rest[dollar + 1..];
-            let Some(parameter) = self.list.iter_mut().find(|p| rest.starts_with(&p.name)) else {
+            let Some(found) = self.find(rest) else {
                 let word = rest.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').next();
                 return Err(SubstituteError::Undefined(word.unwrap_or_default().to_owned()));
             };
+            let parameter = &mut self.list[found];
             parameter.used = true;
             result.push_str(&parameter.value);
             rest = &rest[parameter.name.len()..];
@@ -117,6 +143,14 @@ mod tests {
         p.set_default("depth", "9");
         assert_eq!(p.substitute("$spp $depth").as_deref(), Ok("16 8"));
         assert_eq!(p.unused().collect::<Vec<_>>(), [("typo", "1")]);
+    }
+
+    #[test]
+    fn names_may_be_of_any_letters_and_end_somewhere() {
+        let long = "n".repeat(LONGEST_NAME + 1);
+        let mut p = parameters(&[("é", "1"), ("éé", "2"), (&long, "3"), ("n", "4")]);
+        assert_eq!(p.substitute("$é $éé $ééé"), Ok("1 2 2é".into()));
+        assert_eq!(p.substitute(&format!("${long}")), Ok(format!("4{}", &long[1..])));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Text to values: the elements that give an object's property.
 
+use std::num::{IntErrorKind, ParseIntError};
+
 use glam::{DAffine3, DVec3};
 
 use super::document::{Element, Place};
@@ -132,7 +134,15 @@ fn parse_boolean(text: &str, place: Place) -> Result<bool, Issue> {
 }
 
 fn parse_integer(text: &str, place: Place) -> Result<i64, Issue> {
-    text.trim().parse().map_err(|_| Issue::new(place, format!("`{text}` is not a whole number")))
+    text.trim().parse().map_err(|error: ParseIntError| match error.kind() {
+        IntErrorKind::PosOverflow | IntErrorKind::NegOverflow => {
+            let (min, max) = (i64::MIN, i64::MAX);
+            let message =
+                format!("`{text}` is out of range (expected: integer from {min} to {max})");
+            Issue::new(place, message)
+        }
+        _ => Issue::new(place, format!("`{text}` is not a whole number")),
+    })
 }
 
 /// A finite number.

@@ -93,9 +93,10 @@ impl Camera<'_, '_> {
             if self.is_short(seconds) {
                 equal_time.push(self.shot(summary, seconds * each, &reference)?);
             }
-            match reach {
+            match reach.measured() {
                 Some(reach) if self.is_short(reach.seconds.value) => {
-                    equal_error.push(self.shot(summary, reach.samples_per_pixel, &reference)?);
+                    let samples = f64::from(reach.samples_per_pixel);
+                    equal_error.push(self.shot(summary, samples, &reference)?);
                 }
                 Some(reach) => too_slow.push((summary.series.clone(), reach.seconds.value)),
                 None => {}

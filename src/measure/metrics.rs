@@ -23,7 +23,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::flip::flip;
 use super::image::Image;
-use super::statistics::{Moments, p_value, significance_each};
+use super::statistics::{Moments, p_value};
 use crate::film::error::REL_MSE_FLOOR;
 use crate::math::Rgb;
 
@@ -190,71 +190,10 @@ fn flip_of_finite(image: &Image, reference: &Image) -> f64 {
     flip(&a, &r, image.crop.width as usize)
 }
 
-/// How many pixels differ by more than their noise explains.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ZTest {
-    /// Numbers (pixels times channels) that were compared.
-    pub compared: usize,
-    /// Those whose difference has a p-value below [`ZTest::level`].
-    pub beyond: usize,
-    /// Mean of the squared z: 1 if noise explains the differences and is as large as it says.
-    pub mean_square: f64,
-    /// Significance of one number's test, so that all together have [`ZTest::SIGNIFICANCE`].
-    pub level: f64,
-}
-
-impl ZTest {
-    /// Probability that a number is beyond the level by chance, if noise is normal.
-    pub const SIGNIFICANCE: f64 = 0.01;
-    /// The fraction of numbers that may be beyond it all the same: noise of few samples has heavier tails
-    /// than the normal distribution (the allowance of Mitsuba's own tests).
-    pub const ALLOWANCE: f64 = 0.0025;
-
-    /// z = (A − B)/√(v_A + v_B) of each pixel and channel, against the normal distribution, at a level after
-    /// Šidák. `None` unless a variance is known of one picture at least; one without counts as exact.
-    ///
-    /// # Panics
-    /// If the pictures differ in size.
-    #[must_use]
-    pub fn of(a: &Image, b: &Image) -> Option<Self> {
-        assert_eq!(a.crop, b.crop, "pictures of the same pixels");
-        if a.variance.is_none() && b.variance.is_none() {
-            return None;
-        }
-        let variance = |image: &Image, i: usize| {
-            image.variance.as_ref().map_or(DVec3::ZERO, |v| v[i].as_dvec3())
-        };
-        let mut scores = Vec::with_capacity(3 * a.pixels.len());
-        for i in 0..a.pixels.len() {
-            let difference = a.pixels[i].as_dvec3() - b.pixels[i].as_dvec3();
-            let variance = variance(a, i) + variance(b, i);
-            for (d, v) in difference.to_array().into_iter().zip(variance.to_array()) {
-                // A single sample has an infinite variance: nothing can be said.
-                if d.is_finite() && v.is_finite() {
-                    scores.push((d, v.sqrt()));
-                }
-            }
-        }
-        let compared = scores.len();
-        let level = significance_each(Self::SIGNIFICANCE, compared);
-        let far = |&&(d, e): &&(f64, f64)| p_value(d, e, f64::INFINITY) < level;
-        let beyond = scores.iter().filter(far).count();
-        let square = |&(d, e): &(f64, f64)| (d / e) * (d / e);
-        let noisy = || scores.iter().filter(|(_, e)| *e > 0.0);
-        let mean_square = noisy().map(square).sum::<f64>() / noisy().count() as f64;
-        Some(Self { compared, beyond, mean_square, level })
-    }
-
-    /// Whether noise explains the differences.
-    #[must_use]
-    pub fn passes(&self) -> bool {
-        self.beyond as f64 <= Self::ALLOWANCE * self.compared as f64
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::ZTest;
     use crate::sampler::{Independent, Sampler};
     use crate::scene::settings::Crop;
 
@@ -375,5 +314,31 @@ mod tests {
         let p_value = |b: &Image| Metrics::of(&a, b).expect("pixels").bias_p_value();
         assert!(p_value(&brighter) < 0.01 && p_value(&noisy(4, &|_| 0.0)) > 0.01);
         assert_eq!(ZTest::of(&grey(&[1.0]), &grey(&[1.0])), None);
+    }
+
+    /// What is not finite in one picture alone is a difference; of what cannot be tested nothing is said.
+    #[test]
+    fn what_is_not_finite_is_no_agreement() {
+        let with = |values: &[f32], variance: f32| Image {
+            variance: Some(vec![Rgb::splat(variance); values.len()]),
+            ..grey(values)
+        };
+        let (inf, nan) = (f32::INFINITY, f32::NAN);
+        for (a, b, one_sided, unknown) in [
+            (with(&[1.0, 1.0], 1.0), with(&[1.0, 1.0], 1.0), 0, 0),
+            (with(&[1.0, inf], 1.0), with(&[1.0, 1.0], 1.0), 3, 0),
+            (with(&[1.0, 1.0], 1.0), with(&[nan, 1.0], 1.0), 3, 0),
+            (with(&[1.0, inf], 1.0), with(&[1.0, inf], 1.0), 0, 3),
+            (with(&[1.0, nan], 1.0), with(&[1.0, nan], 1.0), 0, 3),
+            (with(&[1.0, 1.0], inf), with(&[1.0, 1.0], 1.0), 0, 6),
+            (with(&[1.0, 1.0], nan), with(&[1.0, 1.0], 1.0), 0, 6),
+        ] {
+            let z = ZTest::of(&a, &b).expect("variances");
+            assert_eq!(
+                (z.one_sided, z.unknown, z.compared),
+                (one_sided, unknown, 6 - one_sided - unknown)
+            );
+            assert_eq!((z.fails(), z.passes()), (one_sided > 0, one_sided + unknown == 0), "{z:?}");
+        }
     }
 }

@@ -11,6 +11,7 @@
 pub mod bench;
 pub mod bias;
 pub mod crops;
+mod curve;
 pub mod efficiency;
 pub mod false_color;
 pub mod flip;
@@ -21,11 +22,14 @@ pub mod plan;
 pub mod reach;
 pub mod record;
 pub mod report;
+pub mod search;
 pub mod series;
 pub mod statistics;
 pub mod store;
 pub mod summary;
+pub mod z_test;
 
 pub use flip::flip;
 pub use image::Image;
-pub use metrics::{Metrics, ZTest};
+pub use metrics::Metrics;
+pub use z_test::ZTest;

@@ -48,6 +48,33 @@ impl Candidate {
     pub fn series(&self) -> String {
         label(self.choices.iter().filter(|(knob, _)| knob != "spp"))
     }
+
+    /// The same with another number of samples, which is not the base.
+    #[must_use]
+    pub fn with_samples(&self, samples_per_pixel: u32) -> Self {
+        let mut choices = self.choices.clone();
+        let value = samples_per_pixel.to_string();
+        match choices.iter_mut().find(|(knob, _)| knob == "spp") {
+            Some((_, old)) => *old = value,
+            None => choices.push(("spp".to_owned(), value)),
+        }
+        let setting = Setting { samples_per_pixel, ..self.setting.clone() };
+        Self { choices, setting, is_base: false, ..*self }
+    }
+}
+
+/// Appends those of the settings with these `labels` that `candidates` does not hold and that differ from one of
+/// them in the number of samples only: what an earlier search has measured.
+pub fn adopt<'a>(candidates: &mut Vec<Candidate>, labels: impl Iterator<Item = &'a str>) {
+    for label in labels {
+        let samples = label.split(", ").find_map(|part| part.strip_prefix("spp="));
+        let Some(samples) = samples.and_then(|value| value.parse().ok()) else { continue };
+        if candidates.iter().all(|c| c.label() != label) {
+            let parent = candidates.iter().map(|c| c.with_samples(samples));
+            let found = parent.into_iter().find(|c| c.label() == label);
+            candidates.extend(found);
+        }
+    }
 }
 
 /// The name of the base.

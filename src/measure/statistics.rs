@@ -85,6 +85,13 @@ pub fn p_value(deviation: f64, standard_error: f64, freedom: f64) -> f64 {
     2.0 * below
 }
 
+/// The value below which Student's t with `freedom` degrees of freedom stays with the probability `q`; infinite
+/// without any freedom.
+#[must_use]
+pub fn student_quantile(q: f64, freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |d| d.inverse_cdf(q))
+}
+
 /// p-value of Welch's test that two sets of numbers have one mean (Welch 1947, with the degrees of
 /// freedom of Satterthwaite 1946); NaN if either has fewer than two.
 #[must_use]
@@ -171,6 +178,9 @@ mod tests {
     fn p_values_are_those_of_the_tables() {
         assert!((p_value(2.364_624, 1.0, 7.0) - 0.05).abs() < 1e-6);
         assert!((p_value(-1.959_964, 1.0, f64::INFINITY) - 0.05).abs() < 1e-6);
+        assert!((student_quantile(0.975, 7.0) - 2.364_624).abs() < 1e-6);
+        assert!((student_quantile(0.975, 1.0) - 12.706_205).abs() < 1e-5);
+        assert_eq!(student_quantile(0.975, 0.0), f64::INFINITY);
         assert_eq!(p_value(0.0, 0.0, 7.0), 1.0);
         assert_eq!(p_value(1.0, 0.0, 7.0), 0.0);
         assert!((significance_each(0.05, 2) - (1.0 - 0.95_f64.sqrt())).abs() < 1e-12);

@@ -210,6 +210,7 @@ pub(super) mod tests {
     use crate::intersect::Backend;
     use crate::measure::efficiency::p_value;
     use crate::measure::knobs::Setting;
+    use crate::measure::reach::Reach;
     use crate::measure::series::SlopeVerdict;
     use crate::measure::statistics::significance_each;
     use crate::sampler::{Independent, Sampler};
@@ -329,14 +330,27 @@ pub(super) mod tests {
         // MSE 1/n with n seconds: 1/(MSE·s) is 1 for all of x. A relMSE of 0.1 takes 10 samples and seconds.
         let best = findings.settings.iter().find(|s| s.setting == "s=x, spp=8").expect("there");
         assert!((best.efficiency.value - 1.0).abs() < 1e-12);
-        let reach = findings.reach(x, &runs, 0.1).expect("not biased");
-        assert!((reach.seconds.value - 10.0).abs() < 1e-9 && !reach.extrapolated);
-        assert!((reach.samples_per_pixel - 10.0).abs() < 1e-9);
-        assert!(reach.seconds.low < 10.0 && reach.seconds.high > 10.0);
-        // The error of y falls more slowly, which its reach takes into account.
-        let slow = findings.reach(y, &runs, 0.1).expect("not biased");
-        assert!(slow.seconds.value > 1.5 * 10.0 && slow.extrapolated);
-        assert!(findings.reach(x, &runs, 0.001).expect("not biased").extrapolated);
+        // Between 8 and 16 nothing was measured.
+        let reach = findings.reach(x, &runs, 0.1).measured().expect("16 are enough");
+        assert_eq!((reach.samples_per_pixel, reach.fewest, reach.most), (16, 9, Some(16)));
+        assert!((reach.seconds.value - 16.0).abs() < 1e-9 && !reach.is_upper_bound);
+        assert!((reach.seconds.low - 9.0).abs() < 1e-9 && (reach.seconds.high - 16.0).abs() < 1e-9);
+        // Of 0.125 half the runs with 8 samples are above, half below.
+        let even = findings.reach(x, &runs, 0.125).measured().expect("8 are enough");
+        assert_eq!((even.samples_per_pixel, even.fewest, even.most), (8, 5, Some(16)));
+        let at_once = findings.reach(x, &runs, 2.0).measured().expect("1 is enough");
+        assert_eq!((at_once.samples_per_pixel, at_once.fewest, at_once.most), (1, 1, Some(1)));
+        assert!(!at_once.is_upper_bound);
+        // y never comes to it, and what its slope tells is no less than what was measured.
+        let Reach::Beyond(slow) = findings.reach(y, &runs, 0.1) else { panic!("0.2 at best") };
+        assert_eq!(slow.samples_per_pixel, 16);
+        assert!(slow.projected.expect("five points").low > 16.0, "{slow:?}");
+        // 1/n falls to 0.001 at 1000, which five points on a line tell to a percent.
+        let Reach::Beyond(far) = findings.reach(x, &runs, 0.001) else { panic!("16 at most") };
+        let projected = far.projected.expect("five points");
+        assert!((projected.value - 1000.0).abs() < 1.0, "{projected:?}");
+        assert!(projected.low < 999.0 && projected.high > 1001.0, "{projected:?}");
+        assert!(projected.low > 800.0 && projected.high < 1250.0, "{projected:?}");
         // The base's series with 8 samples has the MSE 1/8 + 0.2 and takes 12 s.
         let base = findings.base().expect("one");
         assert!(base.setting == "s=y, spp=16" && base.compared.is_none());
@@ -361,11 +375,13 @@ pub(super) mod tests {
         }
         let findings = Findings::of(&candidates, &runs, 0.0);
         assert!(findings.settings.iter().all(|s| !s.bias.is_biased && !s.is_unresolved));
-        let reach = findings.reach(&findings.series[1], &runs, 0.01).expect("not biased");
-        assert_eq!((reach.samples_per_pixel, reach.seconds.value), (1.0, 0.5));
+        let reach = findings.reach(&findings.series[1], &runs, 0.01).measured().expect("no error");
+        assert!((reach.samples_per_pixel, reach.seconds.value) == (4, 2.0) && reach.is_upper_bound);
         let sentences = crate::measure::report::verdict(&findings, &runs, 0.01);
-        let expected = "relMSE 0.01 is reached in 500 ms (500 ms to 500 ms) with \"a=1\" (1 sample per pixel); the \
-                        base needs 1 s (1 s to 1 s).";
+        let expected = "An error of 10 % of a pixel's brightness (relMSE 0.01) takes at most 2 s (500 ms to 2 s) with \
+                        \"a=1\": 4 samples per pixel or fewer, of which none were measured; the base takes at most \
+                        4 s (1 s to 4 s): 4 samples per pixel or fewer, of which none were measured. Their intervals \
+                        leave open which is faster: \"a=1\" or \"base\".";
         assert_eq!(sentences[0], expected);
         assert_eq!(sentences.len(), 2, "{sentences:?}");
         assert_eq!(crate::measure::report::bias(&findings.settings[0].bias), ["+0 %", "0 %"]);
@@ -382,11 +398,15 @@ pub(super) mod tests {
             .collect();
         let findings = Findings::of(&candidates, &runs, 0.0);
         assert_eq!(findings.series[0].verdict, Some(SlopeVerdict::Flatter));
-        assert_eq!(findings.reach(&findings.series[0], &runs, 0.01), None);
+        let reach = findings.reach(&findings.series[0], &runs, 0.01);
+        let Reach::Beyond(beyond) = reach else { panic!("{reach:?}") };
+        assert_eq!(beyond.projected.map(|i| i.high), Some(f64::INFINITY));
         let sentences = crate::measure::report::verdict(&findings, &runs, 0.01);
         assert_eq!(
             sentences[0],
-            "relMSE 0.01 is not reached: no possible number of samples is enough."
+            "An error of 10 % of a pixel's brightness (relMSE 0.01) takes more samples than were measured: \"base\", \
+             which comes nearest, is at relMSE 1 with 16 samples per pixel in 1 s, the most that were measured; its error \
+             does not fall for sure."
         );
     }
 

@@ -50,12 +50,17 @@ pub enum Class {
     /// Not what the ray crosses first, but the ray passes an edge that has nothing behind it, or ends
     /// at a surface, so closely that the rounding of f32 excuses the answer.
     Silhouette,
+    /// Not what the ray crosses first, but so much is within the rounding of f32 that the referee does not say
+    /// what that excuses ([`MOST_NEAR`](super::oracle::MOST_NEAR)).
+    Undecided,
     /// Went through a surface that covers the ray on all sides, whether or not it hit something behind.
     Leak,
     /// A hit where there is nothing to hit.
     False,
     /// A hit elsewhere than on the primitive that it names.
     Wrong,
+    /// A point of a triangle that the ray passes, at a distance that rounding does not explain.
+    Distance,
 }
 
 impl Query {
@@ -77,8 +82,16 @@ impl Query {
 
 impl Class {
     /// All of them, the harmless first.
-    pub const ALL: [Self; 6] =
-        [Self::Same, Self::Twin, Self::Silhouette, Self::Leak, Self::False, Self::Wrong];
+    pub const ALL: [Self; 8] = [
+        Self::Same,
+        Self::Twin,
+        Self::Silhouette,
+        Self::Undecided,
+        Self::Leak,
+        Self::False,
+        Self::Wrong,
+        Self::Distance,
+    ];
 
     /// Its name in reports.
     #[must_use]
@@ -87,16 +100,18 @@ impl Class {
             Self::Same => "same",
             Self::Twin => "twin",
             Self::Silhouette => "silhouette",
+            Self::Undecided => "undecided",
             Self::Leak => "leak",
             Self::False => "false",
             Self::Wrong => "wrong",
+            Self::Distance => "distance",
         }
     }
 
     /// Whether no rounding excuses it.
     #[must_use]
     pub fn is_fault(self) -> bool {
-        matches!(self, Self::Leak | Self::False | Self::Wrong)
+        matches!(self, Self::Leak | Self::False | Self::Wrong | Self::Distance)
     }
 }
 

@@ -3,12 +3,12 @@
 //! [`Class`] of each engine's answers.
 //!
 //! ```
-//! use std::ops::ControlFlow;
 //! use std::sync::Arc;
+//! use std::sync::atomic::AtomicBool;
 //!
 //! use glam::DAffine3;
 //! use telamon::intersect::{self, Backend};
-//! use telamon::parity::{self, Contender, Generated};
+//! use telamon::parity::{self, Contender, Generated, Oracle};
 //! use telamon::shape::{Shape, primitives};
 //!
 //! let cube: Arc<dyn Shape> = Arc::new(primitives::cube(DAffine3::IDENTITY, false).0);
@@ -16,7 +16,8 @@
 //! let engine = intersect::build(Backend::Rust, &shapes)?;
 //! let rays = Generated::new(&shapes, None, 0, 1000);
 //! let contenders = [Contender::new(engine.as_ref())];
-//! let report = parity::run(&shapes, &contenders, &rays, &mut |_| ControlFlow::Continue(()));
+//! let oracle = Oracle::new(&shapes);
+//! let report = parity::run(&oracle, &contenders, &rays, &mut |_| (), &AtomicBool::new(false));
 //! assert_eq!(report.rays, 1000);
 //! println!("{report}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -31,6 +32,7 @@ pub mod oracle;
 mod record;
 mod report;
 mod run;
+mod scales;
 
 pub use class::{Answer, Class, Query};
 pub use engines::{budget, every_mode};
@@ -40,3 +42,4 @@ pub use oracle::Oracle;
 pub use record::{RecordError, RecordWriter, Recorded};
 pub use report::{Budget, Report, Row, Tally};
 pub use run::{Contender, Disagreement, Judged, Progress, run};
+pub use scales::MixedScales;

@@ -4,12 +4,13 @@ use std::fmt::{self, Display, Formatter};
 use std::iter::repeat;
 use std::time::Duration;
 
+use super::oracle::{Encounter, MOST_NEAR};
 use super::{Class, Contender, Family, Query};
 
 const CLASSES: usize = Class::ALL.len();
 const FAMILIES: usize = Family::ALL.len();
 
-/// How many answers may be faults: leaks, false or wrong.
+/// How many answers may be faults: leaks, false or wrong hits, wrong distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
     /// The share of rays of the families that are not aimed at anything, in `[0, 1]`.
@@ -39,6 +40,8 @@ pub struct Report {
     /// Of those, rays that left the range of f32 ([`Ray::is_traceable`](crate::ray::Ray::is_traceable)) and
     /// must hit nothing.
     pub untraceable: u64,
+    /// Rays to which at least one answer was [`Class::Undecided`].
+    pub undecided: u64,
     /// One for each query of each contender.
     pub rows: Vec<Row>,
 }
@@ -66,11 +69,11 @@ pub struct Tally {
     pub by_family: [[u64; CLASSES]; FAMILIES],
     /// Answers that contradict those to the contender's first query: a hit and none, or another primitive.
     pub contradictions: u64,
-    /// Largest error of a distance that the referee saw, in units in the last place of an f32: of answers
+    /// Largest error of a distance that the referee saw, over that of the primitive's farthest corner: of answers
     /// of class [`Class::Same`] to rays that are not aimed and do not start at the surface that they hit.
-    pub largest_ulps: f64,
-    /// The same, relative to the distance.
     pub largest_relative: f64,
+    /// The same over what rounding explains.
+    pub largest_of_bound: f64,
     /// Time that threads spent in the engine, summed.
     pub elapsed: Duration,
 }
@@ -88,14 +91,14 @@ impl Tally {
         self.by_family.iter().flatten().sum()
     }
 
-    /// Leaks, false and wrong answers to rays of a family.
+    /// Leaks, false and wrong answers and wrong distances to rays of a family.
     #[must_use]
     pub fn faults_of(&self, family: Family) -> u64 {
         let counts = self.by_family[family as usize];
         Class::ALL.into_iter().filter(|c| c.is_fault()).map(|c| counts[c as usize]).sum()
     }
 
-    /// Leaks, false and wrong answers.
+    /// The same to all rays.
     #[must_use]
     pub fn faults(&self) -> u64 {
         Family::ALL.into_iter().map(|f| self.faults_of(f)).sum()
@@ -111,20 +114,20 @@ impl Tally {
     }
 
     /// Takes note of the distance of a hit, against that of the true crossing.
-    pub(super) fn note_error(&mut self, t: f32, truth: f64) {
-        let error = (f64::from(t) - truth).abs();
-        let rounded = truth as f32;
-        let ulp = f64::from(f32::from_bits(rounded.to_bits() + 1)) - f64::from(rounded);
-        self.largest_ulps = self.largest_ulps.max(error / ulp);
-        self.largest_relative = self.largest_relative.max(error / truth);
+    pub(super) fn note_error(&mut self, t: f32, truth: f64, of: &Encounter) {
+        let Encounter { reach, span, .. } = of;
+        let error = f64::from(t) - truth;
+        let excused = if error > 0.0 { span.far - truth } else { truth - span.near };
+        self.largest_relative = self.largest_relative.max(error.abs() / reach);
+        self.largest_of_bound = self.largest_of_bound.max(error.abs() / excused);
     }
 
     fn add(&mut self, other: &Self) {
         let counts = self.by_family.iter_mut().flatten().zip(other.by_family.iter().flatten());
         counts.for_each(|(mine, theirs)| *mine += theirs);
         self.contradictions += other.contradictions;
-        self.largest_ulps = self.largest_ulps.max(other.largest_ulps);
         self.largest_relative = self.largest_relative.max(other.largest_relative);
+        self.largest_of_bound = self.largest_of_bound.max(other.largest_of_bound);
         self.elapsed += other.elapsed;
     }
 }
@@ -155,12 +158,13 @@ impl Report {
                 tally: Tally::default(),
             })
         });
-        Self { rays: 0, untraceable: 0, rows: rows.collect() }
+        Self { rays: 0, untraceable: 0, undecided: 0, rows: rows.collect() }
     }
 
     pub(super) fn add(&mut self, other: &Self) {
         self.rays += other.rays;
         self.untraceable += other.untraceable;
+        self.undecided += other.undecided;
         let rows = self.rows.iter_mut().zip(&other.rows);
         rows.for_each(|(mine, theirs)| mine.tally.add(&theirs.tally));
     }
@@ -183,19 +187,27 @@ impl Display for Report {
         let width = self.rows.iter().map(|r| r.name.chars().count()).max().unwrap_or(0);
         write!(f, "{:width$}  {:15}", "answers of", "to")?;
         Class::ALL.iter().try_for_each(|class| write!(f, " {:>10}", class.name()))?;
-        writeln!(f, " {:>8}  {:>8}  {:>8}  {:>7}", "differs", "|Δt| ulp", "|Δt|/t", "Mrays/s")?;
+        writeln!(f, " {:>8}  {:>8}  {:>8}  {:>7}", "differs", "|Δt|/R", "of bound", "Mrays/s")?;
         for rows in self.contenders() {
             for (row, first) in rows.iter().zip([true].into_iter().chain(repeat(false))) {
                 // Each name once.
                 row.write(f, if first { &row.name } else { "" }, width)?;
             }
         }
-        let Self { rays, untraceable, .. } = self;
+        let Self { rays, untraceable, undecided, .. } = self;
         writeln!(
             f,
             "{rays} rays, {untraceable} of them outside the range of f32; differs: from the engine's \
-             first answers; |Δt|: of random rays; Mrays/s: of one thread"
+             first answers; |Δt|/R: largest error of a distance over that of the farthest corner, of random rays with the same hit, and \
+             the largest share of what rounding explains; Mrays/s: of one thread"
         )?;
+        if *undecided > 0 {
+            writeln!(
+                f,
+                "{undecided} rays that the referee could not decide: more than {MOST_NEAR} surfaces lie within \
+                 the rounding of f32"
+            )?;
+        }
 
         write!(f, "\n{:width$}  {:>15}  {:>15}", "faults of", "budget", "worst query")?;
         Family::ALL.iter().try_for_each(|family| write!(f, " {:>8}", family.name()))?;
@@ -219,7 +231,7 @@ impl Display for Report {
         });
         writeln!(
             f,
-            "leak + false + wrong of all queries; budget, worst query: their share of a query's rays that are \
+            "leak + false + wrong + distance of all queries; budget, worst query: their share of a query's rays that are \
              random ({random}) and that are aimed ({aimed})"
         )
     }
@@ -238,8 +250,8 @@ impl Row {
         write!(f, " {:>8}", tally.contradictions)?;
         match query {
             Query::Closest | Query::ClosestBatch => {
-                let (ulps, relative) = (tally.largest_ulps, tally.largest_relative);
-                write!(f, "  {ulps:>8.1e}  {relative:>8.1e}")?;
+                let Tally { largest_relative, largest_of_bound, .. } = tally;
+                write!(f, "  {largest_relative:>8.1e}  {largest_of_bound:>8.2}")?;
             }
             Query::Occluded | Query::OccludedBatch => write!(f, "  {:8}  {:8}", "", "")?,
         }

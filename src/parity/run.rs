@@ -1,7 +1,6 @@
 //! The run: rays in chunks, all engines on each, and the referee.
 
-use std::ops::ControlFlow;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -10,7 +9,6 @@ use super::oracle::Encounter;
 use super::{Answer, Budget, Class, Family, Oracle, Query, RaySource, Report};
 use crate::intersect::Intersector;
 use crate::ray::{Hit, Ray};
-use crate::shape::Shape;
 
 /// An engine that takes part in a run.
 #[derive(Clone, Debug)]
@@ -72,66 +70,126 @@ pub struct Progress {
     pub disagreements: Vec<Disagreement>,
 }
 
-/// Rays that one thread takes at a time: enough that the clock is read rarely.
+/// Rays that one thread takes at a time, at most: enough that the clock is read rarely.
 const BLOCK: u64 = 1 << 10;
-/// Blocks between two calls of the caller: what is held in memory.
+/// The same at first, when nobody knows how long a ray takes.
+const FIRST_BLOCK: u64 = 1 << 4;
+/// Blocks between two calls of the caller, at most: what is held in memory.
 const BLOCKS: u64 = 64;
-/// Asks each of the `contenders`, which must have been built over `shapes`, about each of the `rays`, in
-/// the current thread pool. The counts do not depend on the number of threads.
+/// How long a caller waits for news, if rays allow it.
+const BEAT: Duration = Duration::from_millis(100);
+/// Rays of one batch between two looks at whether the run was cancelled.
+const BATCH: usize = 64;
+
+/// Asks each of the `contenders`, which must have been built over the shapes of the `oracle`, about each of the
+/// `rays`, in the current thread pool. The counts do not depend on the number of threads, nor on how long
+/// anything takes.
 ///
-/// `on_progress` is called on this thread after every few ten thousand rays; [`ControlFlow::Break`] ends
-/// the run, and the report is then about the rays so far.
+/// `on_progress` is called on this thread several times a second. Once `cancel` is true no further ray is begun:
+/// each thread ends after the query that it is at, and the report is about the rays that are done.
 pub fn run(
-    shapes: &[Arc<dyn Shape>],
+    oracle: &Oracle,
     contenders: &[Contender<'_>],
     rays: &dyn RaySource,
-    on_progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    on_progress: &mut dyn FnMut(Progress),
+    cancel: &AtomicBool,
 ) -> Report {
-    let oracle = Oracle::new(shapes);
+    let job = Job { oracle, contenders, source: rays, cancel };
     let total = rays.count();
+    let threads = rayon::current_num_threads() as u64;
     let mut report = Report::new(contenders);
-    let mut done = 0;
-    while done < total {
-        let end = total.min(done + BLOCK * BLOCKS);
-        let starts: Vec<u64> = (done..end).step_by(BLOCK as usize).collect();
-        let blocks: Vec<_> = starts
-            .into_par_iter()
+    let (mut begun, mut size, mut blocks, mut number) = (0, FIRST_BLOCK, threads, 0usize);
+    while begun < total && !cancel.load(Ordering::Relaxed) {
+        let start = Instant::now();
+        let end = total.min(begun + size * blocks);
+        let starts: Vec<u64> = (begun..end).step_by(size as usize).collect();
+        let parts: Vec<_> = starts
+            .par_iter()
+            .enumerate()
             .with_max_len(1)
-            .map(|start| block(&oracle, contenders, rays, start..end.min(start + BLOCK)))
+            .map(|(i, &start)| job.block(start..end.min(start + size), number + i))
             .collect();
+        number += starts.len();
+        begun = end;
         let mut disagreements = Vec::new();
-        for (part, found) in blocks {
+        for (part, found) in parts {
             report.add(&part);
             disagreements.extend(found);
         }
-        done = end;
-        if on_progress(Progress { done, total, disagreements }).is_break() {
-            break;
-        }
+        on_progress(Progress { done: report.rays, total, disagreements });
+        (size, blocks) = next_part(start.elapsed(), size, blocks, threads);
     }
     report
 }
 
-/// One block: the counts, and the disagreements.
-fn block(
-    oracle: &Oracle,
-    contenders: &[Contender<'_>],
-    source: &dyn RaySource,
-    indices: std::ops::Range<u64>,
-) -> (Report, Vec<Disagreement>) {
-    let mut report = Report::new(contenders);
-    let (families, rays): (Vec<Family>, Vec<Ray>) =
-        indices.clone().map(|index| source.ray(index)).unzip();
-    let answers = ask_all(&mut report, contenders, &rays, indices.start / BLOCK);
-    note_contradictions(&mut report, &answers);
-    let mut disagreements = Vec::new();
-    for (i, (index, (&family, ray))) in indices.zip(families.iter().zip(&rays)).enumerate() {
+/// The rays of a block and the number of blocks from one call of the caller to the next, after such a part has taken
+/// `elapsed`.
+fn next_part(elapsed: Duration, size: u64, blocks: u64, threads: u64) -> (u64, u64) {
+    let most = BLOCKS.max(threads);
+    if elapsed > BEAT {
+        // Blocks become small last: engines are asked about many rays at once.
+        if blocks > threads {
+            (size, (blocks / 2).max(threads))
+        } else {
+            ((size / 2).max(1), blocks)
+        }
+    } else if elapsed < BEAT / 2 {
+        if size < BLOCK { (size * 2, blocks) } else { (size, (blocks * 2).min(most)) }
+    } else {
+        (size, blocks)
+    }
+}
+
+/// What all threads know.
+struct Job<'a> {
+    oracle: &'a Oracle,
+    contenders: &'a [Contender<'a>],
+    source: &'a dyn RaySource,
+    cancel: &'a AtomicBool,
+}
+
+impl Job<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// Block number `number`: the counts, and the disagreements. If it is cancelled, of the rays that were judged.
+    fn block(&self, indices: std::ops::Range<u64>, number: usize) -> (Report, Vec<Disagreement>) {
+        let mut report = Report::new(self.contenders);
+        let mut disagreements = Vec::new();
+        let (families, rays): (Vec<Family>, Vec<Ray>) =
+            indices.clone().map(|index| self.source.ray(index)).unzip();
+        let Some((answers, times)) = self.ask_all(&report, &rays, number) else {
+            return (report, disagreements);
+        };
+        for (i, (index, (&family, ray))) in indices.zip(families.iter().zip(&rays)).enumerate() {
+            if self.is_cancelled() {
+                break;
+            }
+            let answers: Vec<Answer> = answers.iter().map(|all| all[i]).collect();
+            disagreements.extend(self.judge(&mut report, (index, family, ray), &answers));
+        }
+        // Of a block that was cancelled as much of the time as of the rays.
+        let share = report.rays as f64 / rays.len() as f64;
+        for (row, elapsed) in report.rows.iter_mut().zip(times) {
+            row.tally.elapsed = elapsed.mul_f64(share);
+        }
+        (report, disagreements)
+    }
+
+    /// Counts the answers of all rows to one ray.
+    fn judge(
+        &self,
+        report: &mut Report,
+        (index, family, ray): (u64, Family, &Ray),
+        answers: &[Answer],
+    ) -> Option<Disagreement> {
         report.rays += 1;
         report.untraceable += u64::from(!ray.is_traceable());
-        let truth = oracle.examine(ray);
+        note_contradictions(report, answers);
+        let truth = self.oracle.examine(ray);
         let mut judged = Vec::new();
-        for (row, answers) in report.rows.iter_mut().zip(&answers) {
-            let answer = answers[i];
+        for (row, &answer) in report.rows.iter_mut().zip(answers) {
             let class = truth.judge(&answer);
             row.tally.by_family[family as usize][class as usize] += 1;
             if class != Class::Same {
@@ -143,76 +201,98 @@ fn block(
                 if let Some(t) =
                     first.crossing.filter(|_| !family.is_aimed() && first.span.near > 0.0)
                 {
-                    row.tally.note_error(hit.t, t);
+                    row.tally.note_error(hit.t, t, first);
                 }
             }
         }
-        if !judged.is_empty() {
-            let crossed = truth.crossings().first().copied();
-            disagreements.push(Disagreement { index, family, ray: *ray, crossed, answers: judged });
-        }
+        report.undecided += u64::from(judged.iter().any(|j| j.class == Class::Undecided));
+        let crossed = truth.crossings().first().copied();
+        (!judged.is_empty()).then_some(Disagreement {
+            index,
+            family,
+            ray: *ray,
+            crossed,
+            answers: judged,
+        })
     }
-    (report, disagreements)
+
+    /// The answers to the queries of all rows of `report`, and the time of each; `None` if it was cancelled. Whatever
+    /// an engine is asked first finds its tree outside of the caches, so the queries begin with another one in
+    /// each block.
+    fn ask_all(
+        &self,
+        report: &Report,
+        rays: &[Ray],
+        block: usize,
+    ) -> Option<(Vec<Vec<Answer>>, Vec<Duration>)> {
+        let mut answers = vec![Vec::new(); report.rows.len()];
+        let mut times = vec![Duration::ZERO; report.rows.len()];
+        let mut first = 0;
+        for rows in report.rows.chunk_by(|a, b| a.contender == b.contender) {
+            for turn in 0..rows.len() {
+                let number = (turn + block) % rows.len();
+                let engine = self.contenders[rows[number].contender].engine;
+                let own = first + number;
+                (answers[own], times[own]) = self.ask(engine, rows[number].query, rays)?;
+            }
+            first += rows.len();
+        }
+        Some((answers, times))
+    }
+
+    /// The answers to one query, and the time that they took; `None` if it was cancelled.
+    fn ask(
+        &self,
+        engine: &dyn Intersector,
+        query: Query,
+        rays: &[Ray],
+    ) -> Option<(Vec<Answer>, Duration)> {
+        // Written once before the clock starts, so that it does not measure the first touch of memory.
+        let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
+        let mut occluded = vec![false; rays.len()];
+        let start = Instant::now();
+        let batches =
+            rays.chunks(BATCH).zip(hits.chunks_mut(BATCH).zip(occluded.chunks_mut(BATCH)));
+        for (rays, (hits, occluded)) in batches {
+            match query {
+                Query::ClosestBatch => engine.closest_hits(rays, hits),
+                Query::OccludedBatch => engine.occluded_many(rays, occluded),
+                Query::Closest | Query::Occluded => {
+                    for (ray, (hit, occluded)) in rays.iter().zip(hits.iter_mut().zip(occluded)) {
+                        if query == Query::Closest {
+                            *hit = engine.closest_hit(ray);
+                        } else {
+                            *occluded = engine.occluded(ray);
+                        }
+                        if self.is_cancelled() {
+                            return None;
+                        }
+                    }
+                }
+            }
+            if self.is_cancelled() {
+                return None;
+            }
+        }
+        let elapsed = start.elapsed();
+        let answers = match query {
+            Query::Closest | Query::ClosestBatch => hits.into_iter().map(Answer::Closest).collect(),
+            Query::Occluded | Query::OccludedBatch => {
+                occluded.into_iter().map(Answer::Occluded).collect()
+            }
+        };
+        Some((answers, elapsed))
+    }
 }
 
-/// The answers to the queries of all rows. Whatever an engine is asked first finds its tree outside of the
-/// caches, so the queries begin with another one in each block.
-fn ask_all(
-    report: &mut Report,
-    contenders: &[Contender<'_>],
-    rays: &[Ray],
-    block: u64,
-) -> Vec<Vec<Answer>> {
-    let mut answers = Vec::with_capacity(report.rows.len());
-    for rows in report.rows.chunk_by_mut(|a, b| a.contender == b.contender) {
-        let count = rows.len();
-        let mut own = vec![Vec::new(); count];
-        for turn in 0..count {
-            let number = (turn + (block % count as u64) as usize) % count;
-            let row = &mut rows[number];
-            let engine = contenders[row.contender].engine;
-            (own[number], row.tally.elapsed) = ask(engine, row.query, rays);
-        }
-        answers.extend(own);
-    }
-    answers
-}
-
-/// Counts for each query of an engine the answers that contradict those to its first query.
-fn note_contradictions(report: &mut Report, answers: &[Vec<Answer>]) {
+/// Counts for each query of an engine an answer that contradicts that to its first query.
+fn note_contradictions(report: &mut Report, answers: &[Answer]) {
     let mut first = 0;
     let mut contender = None;
     for (number, row) in report.rows.iter_mut().enumerate() {
         if contender.replace(row.contender) != Some(row.contender) {
             first = number;
         }
-        let pairs = answers[first].iter().zip(&answers[number]);
-        row.tally.contradictions = pairs.filter(|(a, b)| a.contradicts(b)).count() as u64;
+        row.tally.contradictions += u64::from(answers[first].contradicts(&answers[number]));
     }
-}
-
-/// The answers to one query, and the time that they took.
-fn ask(engine: &dyn Intersector, query: Query, rays: &[Ray]) -> (Vec<Answer>, Duration) {
-    // Written once before the clock starts, so that it does not measure the first touch of memory.
-    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-    let mut occluded = vec![false; rays.len()];
-    let start = Instant::now();
-    match query {
-        Query::Closest => {
-            hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = engine.closest_hit(ray));
-        }
-        Query::ClosestBatch => engine.closest_hits(rays, &mut hits),
-        Query::Occluded => {
-            occluded.iter_mut().zip(rays).for_each(|(o, ray)| *o = engine.occluded(ray));
-        }
-        Query::OccludedBatch => engine.occluded_many(rays, &mut occluded),
-    }
-    let elapsed = start.elapsed();
-    let answers = match query {
-        Query::Closest | Query::ClosestBatch => hits.into_iter().map(Answer::Closest).collect(),
-        Query::Occluded | Query::OccludedBatch => {
-            occluded.into_iter().map(Answer::Occluded).collect()
-        }
-    };
-    (answers, elapsed)
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use glam::DVec2;
 use rayon::prelude::*;
 
+use crate::film::picture::Picture;
 use crate::film::{Content, Film, FilterSampler, Tile};
 use crate::integrator::{self, Aov, Integrator, RayCounts, Tracer};
 use crate::intersect::Intersector;
@@ -149,6 +150,30 @@ pub fn render(
     (film, statistics)
 }
 
+/// Bytes of memory that a render of `description` takes at least, its scene and engine aside: its film, and
+/// the picture that is made of it.
+#[must_use]
+pub fn bytes(description: &Description) -> u64 {
+    let content = content(description);
+    let film = Film::bytes(&description.film, &content);
+    film.saturating_add(Picture::bytes(&description.film, &content))
+}
+
+/// What is kept of the samples.
+fn content(description: &Description) -> Content {
+    let (picture, layers) = match &description.integrator {
+        IntegratorSettings::Aov { picture, layers } => (picture.is_some(), layers.clone()),
+        _ => (true, Vec::new()),
+    };
+    let Description { film, effort, .. } = description;
+    Content {
+        picture,
+        variance: picture && (film.variance || effort.adaptive),
+        halves: picture && effort.needs_halves(),
+        layers,
+    }
+}
+
 /// What a tile's samples need.
 struct Renderer<'a> {
     description: &'a Description,
@@ -166,17 +191,7 @@ struct Renderer<'a> {
 impl<'a> Renderer<'a> {
     fn new(description: &'a Description, engine: &'a dyn Intersector) -> Self {
         let (picture, aov) = integrator::build(&description.integrator, &description.scene);
-        let layers = match &description.integrator {
-            IntegratorSettings::Aov { layers, .. } => layers.clone(),
-            _ => Vec::new(),
-        };
-        let content = Content {
-            picture: picture.is_some(),
-            variance: picture.is_some()
-                && (description.film.variance || description.effort.adaptive),
-            halves: picture.is_some() && description.effort.needs_halves(),
-            layers,
-        };
+        let content = content(description);
         let seed = description.sampler.seed;
         let seeds = if content.halves { vec![seed, seed ^ SECOND_HALF] } else { vec![seed] };
         let sampler =

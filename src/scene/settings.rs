@@ -171,6 +171,11 @@ pub struct PathSettings {
     pub directions: DirectionSampling,
     /// Which emitter a shadow ray goes to.
     pub emitter_choice: ChoicePolicy,
+    /// Shadow rays at each surface, at least 1, unless the strategy has none.
+    pub emitter_samples: u32,
+    /// Directions in which a path goes on from its first surface, at least 1: it splits into as many, each of which
+    /// is followed by itself.
+    pub bsdf_samples: u32,
     /// Leave emitters out of the camera's view.
     pub hide_emitters: bool,
 }
@@ -183,6 +188,8 @@ impl Default for PathSettings {
             strategy: Strategy::Mis(MisHeuristic::Power),
             directions: DirectionSampling::Bsdf,
             emitter_choice: ChoicePolicy::Bvh,
+            emitter_samples: 1,
+            bsdf_samples: 1,
             hide_emitters: false,
         }
     }

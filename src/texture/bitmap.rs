@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::{Affine2, DVec3, IVec2, Vec2};
+use half::f16;
 use rayon::prelude::*;
 
 use super::Texture;
@@ -91,6 +92,15 @@ impl Bitmap {
         &self.image
     }
 
+    /// Where `uv` lies, in pixels from the first corner. Within one period of the picture, or on its border:
+    /// multiplied by the size, coordinates of 1e8 would leave the integers. Coordinates that are not finite
+    /// count as 0.
+    fn in_pixels(&self, uv: Vec2) -> Vec2 {
+        let uv = self.settings.to_uv.transform_point2(uv);
+        let within = |x: f32| if x.is_finite() { self.settings.wrap.period(x) } else { 0.0 };
+        Vec2::new(within(uv.x), within(uv.y)) * self.size().as_vec2()
+    }
+
     fn size(&self) -> IVec2 {
         IVec2::new(self.image.width() as i32, self.image.height() as i32)
     }
@@ -118,10 +128,9 @@ impl Bitmap {
 
     /// The pixels whose centres are around `uv`, and how far it lies on the way between them.
     fn cell(&self, uv: Vec2) -> ([[Rgb; 2]; 2], Vec2) {
-        let p = self.settings.to_uv.transform_point2(uv) * self.size().as_vec2() - 0.5;
+        let p = self.in_pixels(uv) - 0.5;
         let corner = p.floor();
-        // Coordinates beyond the integers end at the largest.
-        let first = corner.as_ivec2().min(IVec2::splat(i32::MAX - 1));
+        let first = corner.as_ivec2();
         let at = |x, y| self.pixel(first + IVec2::new(x, y));
         ([[at(0, 0), at(1, 0)], [at(0, 1), at(1, 1)]], p - corner)
     }
@@ -130,10 +139,7 @@ impl Bitmap {
 impl Texture for Bitmap {
     fn rgb(&self, uv: Vec2) -> Rgb {
         match self.settings.filter {
-            BitmapFilter::Nearest => {
-                let p = self.settings.to_uv.transform_point2(uv) * self.size().as_vec2();
-                self.pixel(p.floor().as_ivec2())
-            }
+            BitmapFilter::Nearest => self.pixel(self.in_pixels(uv).floor().as_ivec2()),
             BitmapFilter::Bilinear => {
                 let ([top, bottom], t) = self.cell(uv);
                 let row = |[left, right]: [Rgb; 2]| left * (1.0 - t.x) + right * t.x;
@@ -144,6 +150,34 @@ impl Texture for Bitmap {
 
     fn scalar(&self, uv: Vec2) -> f32 {
         self.number(self.rgb(uv))
+    }
+
+    fn range(&self) -> [f32; 2] {
+        let decoded = |extremes: Option<(usize, usize)>| {
+            let (least, most) = extremes.unwrap_or_default();
+            [self.decoded[least], self.decoded[most]]
+        };
+        match self.image.texels() {
+            // The curve of sRGB rises.
+            Texels::Unorm8(values) => decoded(extremes(values.iter().map(|&v| v.into()))),
+            Texels::Unorm16(values) => decoded(extremes(values.iter().map(|&v| v.into()))),
+            Texels::Half(values) => of_floats(values.iter().map(|v| v.to_f32())),
+            Texels::Float(values) => of_floats(values.iter().copied()),
+        }
+    }
+
+    fn clamped(&self, [least, most]: [f32; 2]) -> Arc<dyn Texture> {
+        let clamp = |value: f32| value.clamp(least, most);
+        let texels = match self.image.texels() {
+            // Integers stand for 0 to 1, which all that is asked for includes.
+            Texels::Unorm8(_) | Texels::Unorm16(_) => return Arc::new(self.clone()),
+            Texels::Half(values) => {
+                Texels::Half(values.iter().map(|v| f16::from_f32(clamp(v.to_f32()))).collect())
+            }
+            Texels::Float(values) => Texels::Float(values.iter().map(|&v| clamp(v)).collect()),
+        };
+        let image = self.image.with_texels(texels).expect("as many as there were");
+        Arc::new(Self::new(Arc::new(image), self.settings))
     }
 
     fn gradient(&self, uv: Vec2) -> Vec2 {
@@ -173,6 +207,16 @@ impl Texture for Bitmap {
 }
 
 impl Wrap {
+    /// The coordinate that shows the same as the finite `x`: in `[0, 1]`, or `[0, 2]` if every other picture is
+    /// mirrored. What is subtracted is exact.
+    fn period(self, x: f32) -> f32 {
+        match self {
+            Self::Repeat => x - x.floor(),
+            Self::Mirror => x - 2.0 * (0.5 * x).floor(),
+            Self::Clamp => x.clamp(0.0, 1.0),
+        }
+    }
+
     /// The index of the pixel that stands at `i` in a row of `count`.
     fn index(self, i: i32, count: u32) -> usize {
         let (i, count) = (i64::from(i), i64::from(count));
@@ -186,6 +230,15 @@ impl Wrap {
         };
         index as usize
     }
+}
+
+fn extremes(mut values: impl Iterator<Item = usize>) -> Option<(usize, usize)> {
+    let first = values.next()?;
+    Some(values.fold((first, first), |(least, most), v| (least.min(v), most.max(v))))
+}
+
+fn of_floats(values: impl Iterator<Item = f32>) -> [f32; 2] {
+    values.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)])
 }
 
 /// From the code value in `[0, 1]` to linear light.

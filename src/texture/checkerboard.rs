@@ -1,5 +1,7 @@
 //! Checkerboards.
 
+use std::sync::Arc;
+
 use glam::{Affine2, Vec2};
 
 use super::{Texture, Textured};
@@ -10,6 +12,11 @@ use crate::math::Rgb;
 pub struct Checkerboard {
     colors: [Textured<Rgb>; 2],
     to_uv: Affine2,
+    /// What lies outside is clamped, behind all that other textures interpolate.
+    limits: [f32; 2],
+    /// Both are found once: boards of boards that share parts would be asked exponentially often.
+    range: [f32; 2],
+    mean: f32,
 }
 
 impl Checkerboard {
@@ -17,7 +24,10 @@ impl Checkerboard {
     /// unit.
     #[must_use]
     pub fn new(colors: [Textured<Rgb>; 2], to_uv: Affine2) -> Self {
-        Self { colors, to_uv }
+        let [[least_a, most_a], [least_b, most_b]] = colors.each_ref().map(Textured::range);
+        let range = [least_a.min(least_b), most_a.max(most_b)];
+        let mean = 0.5 * (colors[0].mean() + colors[1].mean());
+        Self { colors, to_uv, limits: [f32::MIN, f32::MAX], range, mean }
     }
 
     fn same_halves(&self, uv: Vec2) -> bool {
@@ -29,17 +39,30 @@ impl Checkerboard {
 
 impl Texture for Checkerboard {
     fn rgb(&self, uv: Vec2) -> Rgb {
-        self.colors[usize::from(!self.same_halves(uv))].at(uv)
+        let [least, most] = self.limits.map(Rgb::splat);
+        self.colors[usize::from(!self.same_halves(uv))].at(uv).clamp(least, most)
     }
 
     /// The other colour than that of [`Checkerboard::rgb`], as in Mitsuba 3.9.1: scenes are made to look
     /// right there.
     fn scalar(&self, uv: Vec2) -> f32 {
-        match &self.colors[usize::from(self.same_halves(uv))] {
+        let value = match &self.colors[usize::from(self.same_halves(uv))] {
             // The mean of the channels, as wherever a colour stands for a number.
             Textured::Uniform(color) => color.element_sum() / 3.0,
             Textured::Varying(texture) => texture.scalar(uv),
-        }
+        };
+        value.clamp(self.limits[0], self.limits[1])
+    }
+
+    fn range(&self) -> [f32; 2] {
+        self.range
+    }
+
+    fn clamped(&self, limits: [f32; 2]) -> Arc<dyn Texture> {
+        let [least, most] = limits;
+        let range = self.range.map(|value| value.clamp(least, most));
+        let mean = self.mean.clamp(least, most);
+        Arc::new(Self { limits, range, mean, ..self.clone() })
     }
 
     fn gradient(&self, _uv: Vec2) -> Vec2 {
@@ -47,7 +70,7 @@ impl Texture for Checkerboard {
     }
 
     fn mean(&self) -> f32 {
-        0.5 * (self.colors[0].mean() + self.colors[1].mean())
+        self.mean
     }
 }
 

@@ -45,6 +45,12 @@ impl Image {
         fits.then_some(Self { width, height, channels, texels })
     }
 
+    /// The same picture with other values; `None` if they are not as many.
+    #[must_use]
+    pub fn with_texels(&self, texels: Texels) -> Option<Self> {
+        Self::new(self.width, self.height, self.channels, texels)
+    }
+
     /// Pixels from left to right.
     #[must_use]
     pub fn width(&self) -> u32 {

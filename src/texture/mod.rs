@@ -25,6 +25,12 @@ pub trait Texture: Debug + Send + Sync {
         luminance(self.rgb(uv))
     }
 
+    /// The smallest and the largest value of any channel of its colour.
+    fn range(&self) -> [f32; 2];
+
+    /// The same with its values clamped to `[least, most]`.
+    fn clamped(&self, limits: [f32; 2]) -> Arc<dyn Texture>;
+
     /// Derivatives of [`Texture::scalar`] after both coordinates; 0 where it jumps.
     fn gradient(&self, uv: Vec2) -> Vec2;
 
@@ -57,6 +63,15 @@ impl Textured<Rgb> {
         match self {
             Self::Uniform(value) => *value,
             Self::Varying(texture) => texture.rgb(uv),
+        }
+    }
+
+    /// As [`Texture::range`].
+    #[must_use]
+    pub fn range(&self) -> [f32; 2] {
+        match self {
+            Self::Uniform(value) => [value.min_element(), value.max_element()],
+            Self::Varying(texture) => texture.range(),
         }
     }
 

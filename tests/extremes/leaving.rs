@@ -154,7 +154,7 @@ fn thin_shells_are_kept_apart() {
 }
 
 /// Whether paths along such rays carry nothing, with each engine.
-fn assert_all_black(scene: &Scene, paths: u32, ray: impl Fn(Vec3A) -> Ray) {
+pub(crate) fn assert_all_black(scene: &Scene, paths: u32, ray: impl Fn(Vec3A) -> Ray) {
     let integrator = Path::new(&PathSettings::default(), scene);
     for engine in engines(&scene.shapes()) {
         let mut tracer = Tracer::new(scene, engine.as_ref());

@@ -17,6 +17,7 @@ mod lights;
 mod limits;
 mod queries;
 mod replay;
+mod shading_normals;
 mod starts;
 
 /// Half the spacing of f32 at 1: the largest relative error of one rounding.

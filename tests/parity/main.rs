@@ -15,12 +15,12 @@ mod meshes;
 mod support;
 mod testers;
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use meshes::Subject;
 use telamon::intersect::{self, Accel, Backend, Intersector};
-use telamon::parity::{self, Class, Contender, Disagreement, Generated, RaySource, Report};
+use telamon::parity::{self, Class, Contender, Disagreement, Generated, Oracle, RaySource, Report};
 use telamon::shape::Shape;
 
 /// All disagreements, and the report.
@@ -30,10 +30,9 @@ fn compare(
     rays: &dyn RaySource,
 ) -> (Report, Vec<Disagreement>) {
     let mut all = Vec::new();
-    let report = parity::run(shapes, contenders, rays, &mut |progress| {
-        all.extend(progress.disagreements);
-        ControlFlow::Continue(())
-    });
+    let mut keep = |progress: parity::Progress| all.extend(progress.disagreements);
+    let (oracle, never) = (Oracle::new(shapes), AtomicBool::new(false));
+    let report = parity::run(&oracle, contenders, rays, &mut keep, &never);
     (report, all)
 }
 

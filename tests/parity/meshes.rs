@@ -95,6 +95,11 @@ fn instances() -> Vec<Arc<dyn Shape>> {
     ]
 }
 
+/// A cube, and at its centre a sphere of 10⁻⁸ of its size with so many `rings`.
+pub(crate) fn mixed_scales(rings: u32) -> Vec<Arc<dyn Shape>> {
+    vec![cube(), sphere(DVec3::ZERO, 1e-8, rings)]
+}
+
 fn ball() -> Arc<dyn Shape> {
     Arc::new(Sphere::new(Vec3A::new(1.0, 0.5, 0.0), 0.75, Frame::from_normal(Vec3A::Z), false))
 }

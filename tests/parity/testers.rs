@@ -1,14 +1,14 @@
 //! Tests of the tester: an engine that errs is found out, and what is written down can be fired again.
 
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use telamon::intersect::{self, Backend, Intersector};
 use telamon::parity::{
-    self, Answer, Budget, Class, Contender, Disagreement, Family, Generated, Query, RaySource,
-    RecordWriter, Recorded, Report,
+    self, Answer, Budget, Class, Contender, Disagreement, Family, Generated, Oracle, Query,
+    RaySource, RecordWriter, Recorded, Report,
 };
 use telamon::ray::{Hit, Ray};
 use telamon::shape::Shape;
@@ -134,7 +134,7 @@ fn every_flaw_is_found() {
     for (flaw, queries, class) in [
         (Flaw::Leaks, closest, Class::Leak),
         (Flaw::Invents, closest, Class::False),
-        (Flaw::Errs, closest, Class::Wrong),
+        (Flaw::Errs, closest, Class::Distance),
         (Flaw::Misplaces, closest, Class::Wrong),
         (Flaw::Confuses, closest, Class::Wrong),
         (Flaw::Overlooks, occluded, Class::Leak),
@@ -176,7 +176,8 @@ fn contenders_are_asked_what_they_want() {
     let second = Query::ALL.iter().map(|&query| (1, query));
     assert_eq!(rows, [(0, Query::ClosestBatch)].into_iter().chain(second).collect::<Vec<_>>());
     assert!(report.rows.iter().all(|r| r.tally.total() == 1_000));
-    let wrong = disagreements.iter().flat_map(|d| &d.answers).filter(|a| a.class == Class::Wrong);
+    let wrong =
+        disagreements.iter().flat_map(|d| &d.answers).filter(|a| a.class == Class::Distance);
     assert!(wrong.clone().count() > 0 && wrong.clone().all(|a| a.contender == 1));
 }
 
@@ -317,15 +318,118 @@ fn threads_change_nothing() {
     assert_eq!(a.rows[0].tally.by_family, b.rows[0].tally.by_family);
     assert!(all_a == all_b && all_a.is_sorted_by_key(|d| d.index));
 
-    let mut calls = 0;
-    let stopped = parity::run(&shapes, &[contender()], &rays, &mut |progress| {
+    let (mut calls, cancel) = (0, AtomicBool::new(false));
+    let mut on_progress = |progress: parity::Progress| {
         calls += 1;
         assert!(progress.done > 0 && progress.total == 150_000);
-        ControlFlow::Break(())
-    });
+        cancel.store(true, Ordering::Relaxed);
+    };
+    let oracle = Oracle::new(&shapes);
+    let stopped = parity::run(&oracle, &[contender()], &rays, &mut on_progress, &cancel);
     assert_eq!(calls, 1);
     assert!((1..150_000).contains(&stopped.rays), "{}", stopped.rays);
     assert_eq!(stopped.rows[0].tally.total(), stopped.rays);
+}
+
+/// The Rust engine, which cancels the run when it has been asked about so many rays.
+#[derive(Debug)]
+struct Cancelling<'a> {
+    engine: Box<dyn Intersector>,
+    cancel: &'a AtomicBool,
+    until: u64,
+    asked: AtomicU64,
+}
+
+impl Cancelling<'_> {
+    fn note(&self, rays: u64) {
+        if self.asked.fetch_add(rays, Ordering::Relaxed) + rays >= self.until {
+            self.cancel.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Intersector for Cancelling<'_> {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.note(1);
+        self.engine.closest_hit(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.note(1);
+        self.engine.occluded(ray)
+    }
+
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.note(rays.len() as u64);
+        self.engine.closest_hits(rays, hits);
+    }
+
+    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.note(rays.len() as u64);
+        self.engine.occluded_many(rays, occluded);
+    }
+
+    fn bytes(&self) -> usize {
+        self.engine.bytes()
+    }
+
+    fn name(&self) -> String {
+        "cancelling".to_owned()
+    }
+}
+
+/// Once a run is cancelled each thread ends after the ray, or the batch of 64, that it is at, whatever it is asked
+/// and wherever it is, and what was judged before is in the report.
+#[test]
+fn a_cancelled_run_begins_nothing_more() {
+    let shapes = meshes::mixed_scales(12);
+    let oracle = Oracle::new(&shapes);
+    let rays = Generated::new(&shapes, None, 8, 1 << 40);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("can be started");
+    let mut judged = 0;
+    for until in (0..12).map(|i| 1 + 331 * i) {
+        let cancel = AtomicBool::new(false);
+        let engine = intersect::build(Backend::Rust, &shapes).expect("builds");
+        let engine = Cancelling { engine, cancel: &cancel, until, asked: AtomicU64::new(0) };
+        let contenders = [Contender::new(&engine)];
+        let report =
+            pool.install(|| parity::run(&oracle, &contenders, &rays, &mut |_| (), &cancel));
+        let asked = engine.asked.load(Ordering::Relaxed);
+        // The one that cancels, and two that have not seen it yet, each before its next look.
+        assert!((until..until + 3 * 64).contains(&asked), "{until}: {asked}");
+        assert!(4 * report.rays <= asked);
+        assert!(report.rows.iter().all(|row| row.tally.total() == report.rays));
+        judged += report.rays;
+    }
+    assert!(judged > 0);
+}
+
+/// Details of 10⁻⁸ of the whole: no engine and no referee tells them apart from afar, which is said and is no fault.
+/// What the referee looks at does not grow with their number.
+#[test]
+fn mixed_scales_are_left_undecided_in_bounded_work() {
+    let report_of = |rings| {
+        let shapes = meshes::mixed_scales(rings);
+        let oracle = Oracle::new(&shapes);
+        let rays = Generated::new(&shapes, None, 9, 400);
+        let looked_at = (0..rays.count()).map(|i| oracle.examine(&rays.ray(i).1).near().len());
+        let most = looked_at.max().expect("rays");
+        let engine = Flawed::new(&shapes, Some(Flaw::Leaks));
+        (most, compare(&shapes, &[Contender::new(&engine)], &rays).0)
+    };
+    // 528 and 3,120 triangles in the details.
+    let (few, report) = report_of(12);
+    assert!(few > 500 && report.undecided == 0, "{few}:\n{report}");
+    let (most, report) = report_of(40);
+    assert_eq!(most, parity::oracle::MOST_NEAR + 1);
+    assert!(report.undecided > 0, "{report}");
+    let undecided: u64 = report.rows.iter().map(|row| row.tally.count(Class::Undecided)).sum();
+    assert!(undecided >= report.undecided, "{report}");
+    let told = format!(
+        "\n{} rays that the referee could not decide: more than 1000 surfaces lie within the rounding of f32\n",
+        report.undecided
+    );
+    assert!(report.to_string().contains(&told), "{report}");
 }
 
 /// An answer that is never given to the tester, for completeness of its rules.

@@ -1,12 +1,12 @@
 //! Embree 4, as others compiled it and call it, in one table with our engines.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use glam::DAffine3;
 use telamon::intersect;
 use telamon::parity::{
-    self, Budget, Class, Contender, Family, Generated, Query, RaySource, Report, Row,
+    self, Budget, Class, Contender, Family, Generated, Oracle, Query, RaySource, Report, Row,
 };
 use telamon::ray::Ray;
 use telamon::shape::{Geometry, Shape, TriangleMesh, primitives};
@@ -60,7 +60,8 @@ fn table(subject: &Subject, theirs: &[Arc<dyn Shape>], rays: u64) -> Report {
         contenders.push(Contender { budget: *budget, queries, ..Contender::new(engine) });
     }
     let rays = FromOrigins(Generated::new(&subject.shapes, None, 1, rays));
-    parity::run(&subject.shapes, &contenders, &rays, &mut |_| ControlFlow::Continue(()))
+    let (oracle, never) = (Oracle::new(&subject.shapes), AtomicBool::new(false));
+    parity::run(&oracle, &contenders, &rays, &mut |_| (), &never)
 }
 
 /// The rows of embreex.

@@ -100,6 +100,19 @@ impl Folder {
         run.stderr
     }
 
+    /// A run without end that is interrupted once it had begun, as `begun` says. However long that takes on a
+    /// busy machine: each attempt is given double the time.
+    pub(crate) fn interrupt(&self, arguments: &str, begun: impl Fn(&Run) -> bool) -> Run {
+        let mut delay = Duration::from_millis(200);
+        loop {
+            let run = Endless(Some(self.spawn(arguments))).interrupt(delay);
+            if begun(&run) {
+                return run;
+            }
+            delay *= 2;
+        }
+    }
+
     pub(crate) fn header(&self, name: &str) -> Header {
         let data = exr::meta::MetaData::read_from_file(self.path(name), true).expect("an EXR file");
         data.headers.into_iter().next().expect("one part")
@@ -130,7 +143,7 @@ impl From<Output> for Run {
 }
 
 /// A run without end, which ends with the test if that fails.
-pub(crate) struct Endless(Option<Child>);
+struct Endless(Option<Child>);
 
 impl Drop for Endless {
     fn drop(&mut self) {
@@ -143,12 +156,8 @@ impl Drop for Endless {
 }
 
 impl Endless {
-    pub(crate) fn new(child: Child) -> Self {
-        Self(Some(child))
-    }
-
     /// Sends SIGINT, `delay` after the start, and waits for the end.
-    pub(crate) fn interrupt(mut self, delay: Duration) -> Run {
+    fn interrupt(mut self, delay: Duration) -> Run {
         std::thread::sleep(delay);
         let id = self.0.as_ref().expect("not yet waited for").id();
         // The shell's own: a small Debian has no program of this name.

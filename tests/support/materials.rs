@@ -231,6 +231,7 @@ fn perturbed() -> Vec<Material> {
         let roughness = Roughness::anisotropic(Distribution::Ggx, 0.3, 0.5);
         Box::new(RoughConductor::new(gold(), roughness)) as Box<dyn Bsdf>
     };
+    let mirror = || Box::new(Conductor::mirror(Vec3A::ONE)) as Box<dyn Bsdf>;
     let mapped = |n: Vec3A, both, material| {
         let normals = Normals::Map((n.normalize() * 0.5 + 0.5).into());
         Perturbed::new(normals, options(both), material)
@@ -248,10 +249,11 @@ fn perturbed() -> Vec<Material> {
         row("normalmap", "steep", mapped(steep, true, rough()), FRONT),
         row("normalmap", "uncorrected", mapped(slight, false, white()), FRONT),
         row("normalmap", "no normal", mapped_grey(options(true), white()), FRONT),
+        row("normalmap", "mirror", mapped(steep, true, mirror()), FRONT),
+        row("normalmap", "glass", mapped(steep, true, Box::new(dielectric(1.5, 1.0))), BOTH),
         row("bumpmap", "slight", bumped(0.05, white()), FRONT).at(middle()),
         row("bumpmap", "steep", bumped(1.0, rough()), FRONT).at(middle()),
-        row("bumpmap", "mirror", bumped(0.1, Box::new(Conductor::mirror(Vec3A::ONE))), FRONT)
-            .at(middle()),
+        row("bumpmap", "mirror", bumped(0.1, mirror()), FRONT).at(middle()),
         row("bumpmap", "flat", bumped(0.0, white()), FRONT).at(middle()),
     ];
     // What the turned surface scatters below the other one is lost.

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use telamon::film::Film;
 use telamon::intersect::{self, Backend};
-use telamon::load::{LoadOptions, load_scene, load_text};
+use telamon::load::{LoadOptions, NoriX, load_scene, load_text};
 use telamon::render::{Statistics, render};
 use telamon::scene::Description;
 
@@ -36,7 +36,8 @@ pub(crate) fn parse(text: &str) -> Description {
 /// what Mitsuba's `moment` adds.
 pub(crate) fn read(path: &Path, defines: &[(&str, &str)]) -> Description {
     let defines = defines.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
-    let loaded = load_scene(path, &LoadOptions { defines });
+    let nori_x = Some(NoriX::Right);
+    let loaded = load_scene(path, &LoadOptions { defines, nori_x, ..LoadOptions::default() });
     let mut loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     let expected = ["sampler `sobol` is used in place of ", "second moments are left out"];
     loaded.warnings.retain(|w| !expected.iter().any(|e| w.message.starts_with(e)));

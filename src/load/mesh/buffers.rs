@@ -2,7 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
 
-use super::error::Fault;
+use super::error::{Fault, MeshProblem};
+use super::polygons::{self, Polygons};
+use super::remarks::Remarks;
 use super::{LoadedMesh, MeshOptions};
 use crate::shape::TriangleMesh;
 
@@ -12,21 +14,48 @@ pub(super) struct Buffers {
     pub(super) positions: Vec<Vec3A>,
     pub(super) normals: Vec<Vec3>,
     pub(super) uvs: Vec<Vec2>,
+    /// Fans of the polygons.
     pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) polygons: Polygons,
+    pub(super) remarks: Remarks,
 }
 
 impl Buffers {
+    /// Bytes of a vertex with these attributes.
+    pub(super) fn vertex_bytes(has_normals: bool, has_uvs: bool) -> u64 {
+        let if_kept = |kept, size| if kept { size } else { 0 };
+        (size_of::<Vec3A>()
+            + if_kept(has_normals, size_of::<Vec3>())
+            + if_kept(has_uvs, size_of::<Vec2>())) as u64
+    }
+
+    /// Bytes of a triangle.
+    pub(super) const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
+
     /// Adds a piece at the end. Its triangles already have the indices of the whole mesh.
     pub(super) fn append(&mut self, piece: &Self) {
         self.positions.extend_from_slice(&piece.positions);
         self.normals.extend_from_slice(&piece.normals);
         self.uvs.extend_from_slice(&piece.uvs);
         self.triangles.extend_from_slice(&piece.triangles);
+        self.polygons.append(&piece.polygons);
     }
 
     /// The mesh, with no memory to spare.
     pub(super) fn finish(mut self, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
+        if self.triangles.is_empty() {
+            return Err(MeshProblem::NoFaces { vertices: self.positions.len() }.into());
+        }
+        let polygons::Outcome { mut replaced, crossing } =
+            self.polygons.triangulate(&self.positions, &mut self.triangles);
+        for uv in &mut self.uvs {
+            if !uv.is_finite() {
+                self.remarks.not_finite_uvs += 1;
+                *uv = Vec2::ZERO;
+            }
+        }
         if options.flip_normals {
+            polygons::flip(&mut replaced);
             for triangle in &mut self.triangles {
                 triangle.swap(1, 2);
             }
@@ -37,7 +66,8 @@ impl Buffers {
         self.triangles.shrink_to_fit();
         let (mesh, dropped) =
             TriangleMesh::new(self.positions, self.triangles, self.normals, self.uvs)?;
-        Ok(LoadedMesh { mesh, dropped })
+        let remarks = Remarks { replaced, crossing, ..self.remarks };
+        Ok(LoadedMesh { mesh, dropped, remarks })
     }
 }
 

@@ -89,8 +89,8 @@ impl Bytes {
         self.before + self.block.len() as u64
     }
 
-    /// As [`Source::plausible`].
-    pub(super) fn plausible(&self, declared: u64, least_bytes: u64) -> usize {
-        self.source.plausible(declared, least_bytes)
+    /// Where they come from.
+    pub(super) fn source(&self) -> &Source {
+        &self.source
     }
 }

@@ -4,7 +4,8 @@ use std::fmt;
 use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
-use super::source::Source;
+use super::source::{Source, Unpacked};
+use crate::memory::{Limits, OutOfMemory, readable};
 use crate::shape::mesh::MeshError;
 
 /// Longest piece of a file that an error shows, in bytes.
@@ -114,9 +115,12 @@ pub enum MeshProblem {
         /// The first word too many.
         found: String,
     },
-    /// A keyword that OBJ files do not have, or that describes what is not a triangle.
+    /// Text in an encoding that is not read.
+    #[error("is text in UTF-16 (expected UTF-8: save it in that encoding)")]
+    Utf16,
+    /// A keyword that OBJ files do not have.
     #[error(
-        "unknown keyword `{keyword}` (expected v, vt, vn or f; o, g, s, usemtl, mtllib, l and p are ignored)"
+        "unknown keyword `{keyword}` (expected v, vt, vn or f; o, g, s and what is no polygon are ignored)"
     )]
     UnknownKeyword {
         /// The word in the file.
@@ -146,6 +150,27 @@ pub enum MeshProblem {
     TooFewCorners {
         /// How many it has.
         count: i64,
+    },
+    /// A file of vertices alone.
+    #[error(
+        "has no faces, only {vertices} points (expected polygons: a cloud of points has no surface until a \
+         program such as MeshLab makes one of it)"
+    )]
+    NoFaces {
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A list of texture coordinates that does not suit its face.
+    #[error(
+        "a list of {found} texture coordinates for {corners} corners (expected {expected}, or 0)"
+    )]
+    TextureCoordinateCount {
+        /// How many numbers there are.
+        found: usize,
+        /// Corners of the face.
+        corners: usize,
+        /// Two for each corner.
+        expected: usize,
     },
     /// A list with fewer than no entries.
     #[error("a list of {count} entries (expected 0 or more)")]
@@ -202,6 +227,17 @@ pub enum MeshProblem {
     /// A file with more in it than its header says.
     #[error("the file goes on after the last element that its header declares")]
     TrailingData,
+    /// A compressed file that holds more than it may.
+    #[error("a compressed file of {} unpacks to more than {}", readable(*.stored), readable(*.limit))]
+    Unpacked {
+        /// Bytes of the file.
+        stored: u64,
+        /// Bytes that it may unpack to.
+        limit: u64,
+    },
+    /// More than there is memory for.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// More than a mesh can hold.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -274,7 +310,10 @@ impl From<MeshProblem> for Fault {
 
 impl From<io::Error> for Fault {
     fn from(error: io::Error) -> Self {
-        MeshProblem::from(error).into()
+        match error.get_ref().and_then(|inner| inner.downcast_ref()) {
+            Some(&Unpacked { stored, limit }) => MeshProblem::Unpacked { stored, limit }.into(),
+            None => MeshProblem::from(error).into(),
+        }
     }
 }
 
@@ -287,15 +326,34 @@ impl From<MeshError> for Fault {
 /// Bytes of a file as an error shows them: readable, and cut off where they are long.
 pub(super) fn excerpt(bytes: &[u8]) -> String {
     let shown = &bytes[..bytes.len().min(LONGEST_EXCERPT)];
-    let mut text = String::from_utf8_lossy(shown).trim_end().to_owned();
+    let mut text = visible(String::from_utf8_lossy(shown).trim_end());
     if shown.len() < bytes.len() {
         text.push('…');
     }
     text
 }
 
-fn read_line(path: &Path, line: u64) -> io::Result<String> {
-    let mut source = Source::open(path)?;
+/// Text with escapes for what cannot be seen, such as byte order marks in the middle of a file.
+fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\t' => shown.push(c),
+            '\u{a0}'
+            | '\u{ad}'
+            | '\u{200b}'..='\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'
+            | '\u{feff}' => shown.extend(c.escape_unicode()),
+            _ if c.is_control() => shown.extend(c.escape_default()),
+            _ => shown.push(c),
+        }
+    }
+    shown
+}
+
+fn read_line(path: &Path, line: u64) -> Result<String, Fault> {
+    let mut source = Source::text(path, &Limits::default())?;
     for _ in 1..line {
         source.reader.skip_until(b'\n')?;
     }

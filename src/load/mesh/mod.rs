@@ -4,14 +4,17 @@
 //! beside it, never the file. Text is parsed by all threads; the result is the same for any number
 //! of them. Whether a file is compressed with gzip is seen in its first two bytes, not in its name.
 //!
-//! Polygons become fans around their first vertex, as in Mitsuba 3. This is right for all convex
-//! polygons, and for concave ones if the first vertex sees all others.
+//! Convex polygons become fans around their first vertex, as in Mitsuba 3; `polygons` says what becomes of
+//! others.
 
 mod buffers;
 mod bytes;
+mod corners;
 mod error;
 mod obj;
 mod ply;
+mod polygons;
+mod remarks;
 mod serialized;
 mod source;
 mod text;
@@ -21,13 +24,16 @@ use std::path::Path;
 use glam::DAffine3;
 
 pub use error::{MeshFileError, MeshProblem};
+pub(super) use polygons::fans;
+pub use remarks::{Materials, Names, Remarks};
 
 use self::error::Fault;
 use super::precision;
+use crate::memory::Limits;
 use crate::shape::mesh::{Dropped, TriangleMesh};
 
 /// How a file's mesh is put into the world.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct MeshOptions {
     /// From the file's coordinates to the world's. Positions are transformed in f64 and rounded
     /// once; normals go with the inverse transpose. A mirroring transform leaves the winding as it
@@ -40,6 +46,8 @@ pub struct MeshOptions {
     /// Read the texture coordinate v as 1 - v (Mitsuba 3 does so for OBJ unless told otherwise, and
     /// not for PLY).
     pub flip_tex_coords: bool,
+    /// What the mesh may take, and what a compressed file may unpack to.
+    pub limits: Limits,
 }
 
 /// What a mesh file held.
@@ -49,27 +57,31 @@ pub struct LoadedMesh {
     pub mesh: TriangleMesh,
     /// Triangles that the mesh is without.
     pub dropped: Dropped,
+    /// What else of the file it is without.
+    pub remarks: Remarks,
 }
 
 impl LoadedMesh {
-    /// What is not as the file says: triangles left out, and what 32-bit floats distort.
+    /// What is not as the file says: what is left out, and what 32-bit floats distort.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let dropped = (!self.dropped.is_none()).then(|| self.dropped.to_string());
-        let doubts = precision::doubts(&self.mesh).into_iter();
-        dropped.into_iter().chain(doubts.map(|(what, help)| format!("{what}; {help}"))).collect()
+        let others = self.remarks.warnings().into_iter().chain(precision::doubts(&self.mesh));
+        dropped.into_iter().chain(others.map(|(what, help)| format!("{what}; {help}"))).collect()
     }
 }
 
 /// The mesh in a Wavefront OBJ file. All groups and objects in it become one mesh.
 ///
 /// Read: `v` (a weight or a colour behind the position is ignored), `vt`, `vn` and `f`, with
-/// negative indices, comments and continued lines. Ignored, since they do not change the triangles:
-/// `o`, `g`, `s`, `usemtl`, `mtllib`, `l`, `p`. Corners of a face without a normal get the geometric
-/// one, corners without texture coordinates (0, 0), if other faces have them.
+/// negative indices, comments and continued lines. Corners of a face without a normal get the geometric
+/// one, corners without texture coordinates (0, 0), if other faces have them. `o`, `g` and `s` are ignored,
+/// since they do not change the triangles; what else of the format is ignored (materials, curves, lines) is in
+/// the [`Remarks`].
 ///
 /// # Errors
-/// A file that cannot be read, any other keyword, a malformed line, an index that refers to nothing.
+/// A file that cannot be read or has no faces, any other keyword, a malformed line, an index that refers to
+/// nothing.
 pub fn load_obj(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, MeshFileError> {
     in_file(path, || obj::load(path, options))
 }
@@ -78,7 +90,8 @@ pub fn load_obj(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, MeshFi
 ///
 /// Of the element `vertex` this reads x, y, z, nx, ny, nz and texture coordinates (`u v`, `s t`,
 /// `texture_u texture_v` or `texture_s texture_t`), of the element `face` the list `vertex_indices`
-/// or `vertex_index`. All other properties and elements are skipped. In ASCII, each record is a line.
+/// or `vertex_index` and, as texture coordinates of its corners, the list `texcoord`, which counts for more than
+/// those of the vertices. All other properties and elements are skipped. In ASCII, each record is a line.
 ///
 /// # Errors
 /// A file that cannot be read, has no vertices or faces, has triangle strips, ends early or goes on

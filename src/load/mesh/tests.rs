@@ -12,6 +12,8 @@ use glam::{DAffine3, DVec3, Vec2, Vec3, Vec3A};
 use super::serialized::tests as serialized;
 use super::*;
 
+mod others;
+
 type Load = fn(&Path, &MeshOptions) -> Result<LoadedMesh, MeshFileError>;
 
 /// The corners of the unit cube: bit 0 is x, bit 1 is y, bit 2 is z.
@@ -42,7 +44,7 @@ fn cube_ply(format: &str) -> Vec<u8> {
          element camera 1\nproperty list ushort short numbers\nproperty char sign\n\
          element vertex 8\nproperty double x\nproperty uchar red\nproperty float y\n\
          property list uint8 float32 weights\nproperty int8 z\n\
-         element face 6\nproperty list uchar double texcoord\n\
+         element face 6\nproperty list uchar double weights\n\
          property list uchar uint vertex_indices\nproperty ushort flags\nend_header\n"
     )
     .into_bytes();

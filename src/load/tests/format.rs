@@ -94,10 +94,12 @@ fn shapes_keep_the_order_of_the_file() {
 fn parameters_are_substituted() {
     let text = "<scene version='3.0.0'><default name='spp' value='16'/><default name='kind' value='cube'/>\
          <shape type='$kind'/><sensor type='perspective'><sampler type='independent'>\
-         <integer name='sample_count' value='$spp'/></sampler></sensor></scene>";
+         <integer name='sample_count' value='$spp'/></sampler></sensor><emitter type='point'/></scene>";
     let spp = |defines: &[(&str, &str)]| {
         let defines = defines.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect();
-        let loaded = load_text(text, Path::new("a.xml"), &LoadOptions { defines }).expect("valid");
+        let loaded =
+            load_text(text, Path::new("a.xml"), &LoadOptions { defines, ..LoadOptions::default() })
+                .expect("valid");
         let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
         (loaded.description.sampler.samples_per_pixel, warnings)
     };
@@ -109,7 +111,8 @@ fn parameters_are_substituted() {
 
 #[test]
 fn several_sensors_and_stray_text_are_warned_about() {
-    let text = format!("<scene version='3.0.0'>\n{SENSOR} oops\n{SENSOR}</scene>");
+    let text =
+        format!("<scene version='3.0.0'>\n{SENSOR} oops\n{SENSOR}<emitter type='point'/></scene>");
     let warnings: Vec<_> =
         load(&text).expect("valid").warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
@@ -127,7 +130,8 @@ fn samplers_that_are_replaced_are_named() {
     let sampler = |name: &str, more: &str| {
         let text = format!(
             "<scene version='3.0.0'><sensor type='perspective'>\n<sampler type='{name}'>{more}\
-             <integer name='sample_count' value='8'/><integer name='seed' value='3'/></sampler></sensor></scene>"
+             <integer name='sample_count' value='8'/><integer name='seed' value='3'/></sampler></sensor>\
+             <emitter type='point'/></scene>"
         );
         let loaded = load(&text).expect("valid");
         let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
@@ -185,7 +189,7 @@ fn what_old_scenes_have_of_their_own_is_left_out_or_replaced() {
 <sampler type='halton'><integer name='sampleCount' value='9'/><integer name='scramble' value='-1'/></sampler>
 <film type='ldrfilm'><integer name='width' value='9'/><string name='fileFormat' value='png'/>
 <string name='pixelFormat' value='rgba'/><float name='gamma' value='2.2'/><boolean name='banner' value='false'/>
-<rfilter type='box'/></film></sensor></scene>",
+<rfilter type='box'/></film></sensor><emitter type='point'/></scene>",
     )
     .unwrap_or_else(|e| panic!("{e}"));
     let said: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
@@ -232,7 +236,7 @@ fn old_objects_are_said_in_new_words() {
 fn second_moments_are_left_out() {
     let text = format!(
         "<scene version='3.0.0'><integrator type='moment'><integrator type='path'>\
-         <integer name='max_depth' value='3'/></integrator></integrator>{SENSOR}</scene>"
+         <integer name='max_depth' value='3'/></integrator></integrator>{SENSOR}<emitter type='point'/></scene>"
     );
     let loaded = load(&text).unwrap_or_else(|e| panic!("{e}"));
     let IntegratorSettings::Path(path) = loaded.description.integrator else {

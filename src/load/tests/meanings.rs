@@ -264,6 +264,19 @@ fn integrators_mean_what_they_say() {
     let only = |name: &str| direct(&format!("<integer name='{name}' value='0'/>")).strategy;
     assert_eq!(only("emitter_samples"), Strategy::Bsdf);
     assert_eq!(only("bsdf_samples"), Strategy::Emitter);
+    let counts = |inner: &str| {
+        let path = direct(inner);
+        (path.strategy, path.emitter_samples, path.bsdf_samples)
+    };
+    let both = Strategy::Mis(MisHeuristic::Power);
+    assert_eq!(counts("<integer name='shading_samples' value='3'/>"), (both, 3, 3));
+    assert_eq!(counts("<integer name='emitter_samples' value='4'/>"), (both, 4, 1));
+    let lights =
+        "<integer name='emitter_samples' value='4'/><integer name='bsdf_samples' value='0'/>";
+    assert_eq!(counts(lights), (Strategy::Emitter, 4, 1));
+    let scattered =
+        "<integer name='bsdf_samples' value='5'/><string name='strategy' value='bsdf'/>";
+    assert_eq!(counts(scattered), (Strategy::Bsdf, 1, 5));
     let fixed = of("<integrator type='path'><string name='rr_policy' value='fixed'/>\
          <integer name='max_depth' value='9'/><float name='rr_survival' value='1'/></integrator>");
     let IntegratorSettings::Path(path) = fixed else { panic!("{fixed:?}") };

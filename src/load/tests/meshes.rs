@@ -21,7 +21,7 @@ fn load(plugin: &str, mesh: impl AsRef<[u8]>, inner: &str) -> Result<Loaded, Loa
     fs::write(folder.path().join(format!("mesh.{plugin}")), mesh).expect("can be written");
     let text = format!(
         "<scene version='3.0.0'>\n<shape type='{plugin}'>\
-         <string name='filename' value='mesh.{plugin}'/>{inner}</shape>{SENSOR}</scene>"
+         <string name='filename' value='mesh.{plugin}'/>{inner}</shape>{SENSOR}<emitter type='point'/></scene>"
     );
     load_text(&text, &folder.path().join("scene.xml"), &LoadOptions::default())
 }
@@ -80,6 +80,121 @@ fn broken_meshes_are_located_in_both_files() {
     assert_eq!(problem.position.as_ref().map(|p| (p.line, p.column)), Some((2, 50)));
     assert!(problem.message.contains("mesh.obj:2:5: expected a number, found `zero`"), "{error}");
     assert_eq!(problem.help.as_deref(), Some("the line is `v 1 zero 0`"));
+}
+
+fn messages(loaded: &Loaded) -> Vec<String> {
+    let message =
+        |w: &crate::load::Warning| w.message.rsplit('/').next().unwrap_or_default().to_owned();
+    loaded.warnings.iter().map(message).collect()
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+const BOARD: &str = "<texture type='checkerboard' name='reflectance'/>";
+
+/// Said if something varies by them: a material or a light.
+#[test]
+fn missing_texture_coordinates_are_said() {
+    let bare = format!("{SQUARE}f 1 2 3 4\n");
+    let partly = format!("{SQUARE}vt 0 0\nf 1/1 2/1 3/1\nf 1 3 4\n");
+    let all = format!("{SQUARE}vt 0 0\nf 1/1 2/1 3/1 4/1\n");
+    let none = "mesh.obj: the mesh has no texture coordinates, by which the material varies: each triangle shows \
+                the texture by itself";
+    let some = "mesh.obj: some faces have no texture coordinates, by which the material varies: each shows one \
+                point of the texture";
+    let board = format!("<bsdf type='diffuse'>{BOARD}</bsdf>");
+    let lamp = "<emitter type='area'><texture type='checkerboard' name='radiance'/></emitter>";
+    let turned = "<bsdf type='roughconductor'><float name='alpha_u' value='.1'/>\
+                  <float name='alpha_v' value='.2'/></bsdf>";
+    let moving = format!(
+        "{board}<animation name='to_world'><transform time='0'/><transform time='1'><translate x='1'/>\
+         </transform></animation>"
+    );
+    for (mesh, inner, expected) in [
+        (&bare, board.as_str(), vec![none]),
+        (&bare, lamp, vec![none]),
+        (&bare, turned, vec![none]),
+        (&bare, moving.as_str(), vec![none]),
+        (&bare, "<bsdf type='diffuse'/>", vec![]),
+        (&partly, board.as_str(), vec![some]),
+        (&partly, "", vec![]),
+        (&all, board.as_str(), vec![]),
+    ] {
+        assert_eq!(messages(&load("obj", mesh, inner).expect("valid")), expected, "{inner}");
+    }
+}
+
+/// Once for a file, unless the scene gives the shape a material and the file has no more than one.
+#[test]
+fn materials_that_are_not_read_are_said() {
+    let one = format!("mtllib my.mtl\n{SQUARE}usemtl red\nf 1 2 3\n");
+    let two = format!("{one}usemtl blue\nf 1 3 4\n");
+    let unnamed = format!("{SQUARE}usemtl red\nf 1 2 3\n");
+    let unused = format!("mtllib my.mtl\n{SQUARE}f 1 2 3\n");
+    let grey = "<bsdf type='diffuse'/>";
+    for (mesh, inner, expected) in [
+        (&one, "", vec!["mesh.obj: the materials `red` in `my.mtl` are not read"]),
+        (&one, grey, vec![]),
+        (&two, "", vec!["mesh.obj: the materials `red`, `blue` in `my.mtl` are not read"]),
+        (
+            &two,
+            grey,
+            vec![
+                "mesh.obj: the materials `red`, `blue` in `my.mtl` are not read: all faces have that of the shape",
+            ],
+        ),
+        (&unnamed, "", vec!["mesh.obj: the materials `red` (`usemtl`) are not read"]),
+        (&unused, "", vec!["mesh.obj: the materials in `my.mtl` are not read"]),
+        (&unused, grey, vec![]),
+    ] {
+        assert_eq!(messages(&load("obj", mesh, inner).expect("valid")), expected, "{inner}");
+    }
+    let again = "</shape><shape type='obj'><string name='filename' value='mesh.obj'/>".repeat(3);
+    assert_eq!(messages(&load("obj", &two, &again).expect("valid")).len(), 1);
+}
+
+/// Forms of one mesh whose dents are not cut alike have the same faces all the same.
+#[test]
+fn forms_with_dents_are_one_mesh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, dent) in [("a.obj", "v 3 3 0"), ("b.obj", "v 1 1 0")] {
+        let text = SQUARE
+            .replace("v 1 1 0", dent)
+            .replace("v 1 0 0", "v 4 0 0")
+            .replace("v 0 1 0", "v 0 4 0");
+        fs::write(folder.path().join(name), text + "f 2 3 4 1\n").expect("can be written");
+    }
+    let form =
+        |name: &str| format!("<shape type='obj'><string name='filename' value='{name}'/></shape>");
+    for [first, second] in [["a.obj", "b.obj"], ["b.obj", "a.obj"]] {
+        let text = format!(
+            "<scene version='3.0.0'><shape type='deformable'>{}{}</shape>\
+             <sensor type='perspective'><float name='shutter_close' value='1'/></sensor></scene>",
+            form(first),
+            form(second)
+        );
+        let path = folder.path().join("scene.xml");
+        load_text(&text, &path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{first}: {e}"));
+    }
+}
+
+#[test]
+fn a_map_that_leaves_no_area_is_named() {
+    let squeezed = "<transform name='to_world'><scale value='1,0,1'/></transform>";
+    for map in ["<transform name='to_world'><scale value='0'/></transform>", squeezed] {
+        let error = load("obj", format!("{SQUARE}f 1 2 3 4\n"), map).map(|_| ()).expect_err("flat");
+        let problem = &error.problems()[0];
+        assert_eq!(
+            problem.message,
+            "`to_world` leaves no area of the shape: it scales an axis by 0, or by next to 0"
+        );
+        assert_eq!(
+            problem.help.as_deref(),
+            Some("scale by more than 0 along each axis in which the shape extends")
+        );
+    }
+    // What is flat already can be flattened.
+    let flat = "<transform name='to_world'><scale value='1,1,0'/></transform>";
+    assert!(load("obj", format!("{SQUARE}f 1 2 3 4\n"), flat).is_ok());
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! The text and place of every message.
 
+use std::fs;
+
+use super::super::{LoadOptions, load_scene};
 use super::{SENSOR, load};
 
 /// Blocks with a blank line between: what stands in the scene's second line, then what is to be said.
@@ -130,4 +133,64 @@ fn long_lists_are_cut() {
     let error = load(&text).expect_err("no such elements");
     assert_eq!((error.problems().len(), error.more()), (50, 10));
     assert!(error.to_string().ends_with("\nand 10 more problems"));
+}
+
+#[test]
+fn a_scene_without_light_says_so_once() {
+    let warnings = |content: &str| {
+        let loaded = load(&format!("<scene version='3.0.0'>\n{content}{SENSOR}</scene>"));
+        let warnings: Vec<_> =
+            loaded.expect("valid").warnings.iter().map(ToString::to_string).collect();
+        warnings.join("\n")
+    };
+    let ball = "<shape type='sphere'/>";
+    let none = "scene.xml:1:1: the scene has no light, so its picture will be black";
+    let black = "scene.xml:1:1: the lights of the scene are all black, and so its picture will be";
+    let aov = |inner: &str| {
+        let layers = "<string name='aovs' value='d:depth'/>";
+        format!("{ball}<integrator type='aov'>{layers}{inner}</integrator>")
+    };
+    let lamp = |radiance: &str| {
+        let radiance = format!("<rgb name='radiance' value='{radiance}'/>");
+        format!("{ball}<shape type='disk'><emitter type='area'>{radiance}</emitter></shape>")
+    };
+    for (content, expected) in [
+        (ball.to_owned(), none),
+        (format!("{ball}{ball}<integrator type='direct'/>"), none),
+        (aov("<integrator type='path'/>"), none),
+        (lamp("0 0 0"), black),
+        (lamp("0 1e-9 0"), ""),
+        (format!("{ball}<emitter type='constant'/>"), ""),
+        (format!("{ball}<emitter type='point'/>"), ""),
+        // What shows no light needs none.
+        (aov(""), ""),
+        (format!("{ball}<integrator type='ao'/>"), ""),
+    ] {
+        assert_eq!(warnings(&content), expected, "{content}");
+    }
+}
+
+/// Scenes begin with a byte order mark where Windows wrote them; in UTF-16 they are not read, and it is said why.
+#[test]
+fn encodings_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.xml");
+    let text = format!("<scene version='3.0.0'>{SENSOR}</scene>");
+    let load = |bytes: Vec<u8>| {
+        fs::write(&path, bytes).expect("can be written");
+        load_scene(&path, &LoadOptions::default()).map(|_| ())
+    };
+    assert_eq!(load(format!("\u{feff}{text}").into_bytes()), Ok(()));
+    for mark in ["", "\u{feff}"] {
+        for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+            let utf_16 = format!("{mark}{text}").encode_utf16().flat_map(bytes).collect();
+            let error = load(utf_16).expect_err("not read").to_string();
+            assert!(
+                error.ends_with(
+                    "scene.xml: is text in UTF-16 (expected UTF-8: save it in that encoding)"
+                ),
+                "{error}"
+            );
+        }
+    }
 }

@@ -8,11 +8,13 @@ use crate::scene::Description;
 
 mod effects;
 mod format;
-mod fuzz;
+mod hostile;
 mod meanings;
 mod meshes;
 mod messages;
 mod nori;
+mod ranges;
+mod sharing;
 mod textures;
 
 const SENSOR: &str = "<sensor type=\"perspective\"/>";

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec3, Vec3A};
 
+use super::super::{LoadOptions, Loaded, NoriX, load_text};
 use super::{description, load};
 use crate::bsdf::Place;
 use crate::scene::Description;
@@ -143,6 +144,50 @@ fn cameras_have_counterparts() {
         });
         assert_eq!(nori, mitsuba, "{ours}");
     }
+}
+
+/// Which side is assumed is said, unless the user says it.
+#[test]
+fn the_side_of_the_x_axis_can_be_chosen() {
+    let light = "<emitter type='point'><color name='power' value='1 1 1'/></emitter></scene>";
+    let text = scene("").replace("</scene>", light);
+    let load = |nori_x| -> Loaded {
+        let options = LoadOptions { nori_x, ..LoadOptions::default() };
+        load_text(&text, "scene.xml".as_ref(), &options).expect("valid")
+    };
+    let camera = |loaded: &Loaded| format!("{:?}", loaded.description.camera);
+    let [assumed, right, left] = [None, Some(NoriX::Right), Some(NoriX::Left)].map(load);
+    assert_eq!(camera(&assumed), camera(&right));
+    let mitsuba = |map: &str| {
+        let sensor = "<float name='fov' value='30'/><film type='hdrfilm'><integer name='width' value='1280'/>\
+                      <integer name='height' value='720'/></film>";
+        let text = format!(
+            "<scene version='3.0.0'><sensor type='perspective'>{map}{sensor}</sensor></scene>"
+        );
+        camera(&super::load(&text).expect("valid"))
+    };
+    assert_eq!(camera(&left), mitsuba(""));
+    let mirror = "<transform name='to_world'><scale x='-1'/></transform>";
+    assert_eq!(camera(&right), mitsuba(mirror));
+    assert!(right.warnings.is_empty() && left.warnings.is_empty());
+    let warnings: Vec<_> = assumed.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        warnings,
+        [
+            "scene.xml:1:8: a scene of Nori: the camera's x axis is taken to point to the right of the picture"
+        ]
+    );
+    assert_eq!(
+        assumed.warnings[0].help.as_deref(),
+        Some(
+            "versions of Nori differ; if left and right are swapped, use `--nori-x left`, and `--nori-x right` \
+             if this is as it should be"
+        )
+    );
+    assert_eq!(
+        "up".parse::<NoriX>().map_err(|e| e.to_string()),
+        Err("`up` is no side of a picture (expected right or left)".to_owned())
+    );
 }
 
 /// `kd / π + (1 - max kd) F D G / (4 cosθi cosθo)` as the assignment of the course has it.

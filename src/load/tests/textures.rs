@@ -18,16 +18,17 @@ const COLORS: [u8; 36] = [
 ];
 
 /// Of 2 by 2 pixels.
-const FLOATS: [f32; 12] = [0.25, 1.5, 0.0, 2.0, 4.0, 8.0, 0.5, 0.125, 1.0, 3.0, 0.75, 0.0625];
+const FLOATS: [f32; 12] =
+    [0.03125, 0.1875, 0.0, 0.25, 0.5, 1.0, 0.0625, 0.015625, 0.125, 0.375, 0.09375, 0.0078125];
 
-struct Folder(tempfile::TempDir);
+pub(super) struct Folder(tempfile::TempDir);
 
 impl Folder {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self(tempfile::tempdir().expect("a folder"))
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
@@ -59,20 +60,20 @@ impl Folder {
     }
 
     /// Loads a scene whose rectangle has this material.
-    fn load(&self, bsdf: &str) -> Result<Loaded, String> {
+    pub(super) fn load(&self, bsdf: &str) -> Result<Loaded, String> {
         let text = format!(
-            "<scene version='3.0.0'>\n<shape type='rectangle'>{bsdf}</shape>{SENSOR}</scene>"
+            "<scene version='3.0.0'>\n<shape type='rectangle'>{bsdf}</shape>{SENSOR}<emitter type='point'/></scene>"
         );
         self.load_text(&text)
     }
 
-    fn load_text(&self, text: &str) -> Result<Loaded, String> {
+    pub(super) fn load_text(&self, text: &str) -> Result<Loaded, String> {
         fs::write(self.path("scene.xml"), text).expect("writable");
         let path = self.path("scene.xml");
         load_scene(&path, &LoadOptions::default()).map_err(|e| self.without_folder(&e.to_string()))
     }
 
-    fn without_folder(&self, text: &str) -> String {
+    pub(super) fn without_folder(&self, text: &str) -> String {
         text.replace(&format!("{}/", self.0.path().display()), "")
     }
 }
@@ -99,7 +100,7 @@ fn write_exr(path: &Path, half: bool) {
     }
 }
 
-fn bitmap(file: &str, more: &str) -> String {
+pub(super) fn bitmap(file: &str, more: &str) -> String {
     format!(
         "<bsdf type='diffuse'><texture name='reflectance' type='bitmap'>\
          <string name='filename' value='{file}'/>{more}</texture></bsdf>"
@@ -107,7 +108,7 @@ fn bitmap(file: &str, more: &str) -> String {
 }
 
 /// The albedo at texture coordinates.
-fn albedo(loaded: &Loaded, u: f32, v: f32) -> Vec3A {
+pub(super) fn albedo(loaded: &Loaded, u: f32, v: f32) -> Vec3A {
     let scene = &loaded.description.scene;
     let place = Place { uv: Vec2::new(u, v), ..Place::default() };
     scene.bsdfs()[scene.objects()[0].bsdf].albedo(&place, Vec3A::Z)
@@ -146,10 +147,10 @@ fn bitmaps_are_those_of_mitsuba() {
         ("t16.png", "", 0.5, 0.5, [0.072_964, 0.186_731, 0.492_676]),
         ("g8.png", "", 0.1, 0.1, [0.145_875; 3]),
         ("g8.png", "", 0.9, 0.95, [0.647_521; 3]),
-        ("h.exr", "", 0.1, 0.1, [0.917_5, 1.668_75, 1.895_625]),
-        ("h.exr", RAW, -0.3, 1.4, [2.102_5, 2.831_25, 5.086_876]),
-        ("f.exr", "", 0.9, 0.95, [1.94, 1.637_5, 2.446_25]),
-        ("r.hdr", "", 2.6, -1.2, [2.172_5, 0.831_25, 0.869_374]),
+        ("h.exr", "", 0.1, 0.1, [0.114_688, 0.208_594, 0.236_953]),
+        ("h.exr", RAW, -0.3, 1.4, [0.262_813, 0.353_906, 0.635_86]),
+        ("f.exr", "", 0.9, 0.95, [0.242_5, 0.204_688, 0.305_781]),
+        ("r.hdr", "", 2.6, -1.2, [0.271_563, 0.103_906, 0.108_672]),
     ] {
         let loaded = folder.load(&bitmap(file, more)).expect("valid");
         let (found, expected) = (albedo(&loaded, u, v), Vec3A::from(expected));
@@ -293,6 +294,8 @@ fn environments_are_those_of_mitsuba() {
 #[test]
 fn wrong_environments_are_errors() {
     let folder = Folder::with_images();
+    let bright = folder.path("bright.exr");
+    exr::prelude::write_rgb_file(&bright, 1, 1, |_, _| (8.0f32, 8.0f32, 8.0f32)).expect("writable");
     let error = |file: &str, more: &str| {
         folder.load_text(&environment(file, more)).map(|_| ()).expect_err("wrong")
     };
@@ -301,8 +304,8 @@ fn wrong_environments_are_errors() {
         "scene.xml:2:64: `to_world` stretches directions (expected that it turns or mirrors them)"
     );
     assert_eq!(
-        error("f.exr", "<float name='scale' value='1e38'/>"),
-        "scene.xml:2:90: `scale` makes more of a pixel than an f32 can hold"
+        error("bright.exr", "<float name='scale' value='1e38'/>"),
+        "scene.xml:2:95: `scale` makes more of a pixel than an f32 can hold"
     );
     assert_eq!(
         error("none.exr", ""),

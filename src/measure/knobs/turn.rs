@@ -97,6 +97,19 @@ pub(super) fn max_depth(setting: &mut Setting, value: &str) -> Turn {
     }
 }
 
+pub(super) fn emitter_samples(setting: &mut Setting, value: &str) -> Turn {
+    let Ok(count @ 1..=65_536) = value.parse() else {
+        return Turn::Bad;
+    };
+    match setting.path() {
+        Some(path) if path.strategy != Strategy::Bsdf => {
+            path.emitter_samples = count;
+            Turn::Done
+        }
+        _ => Turn::NoUse,
+    }
+}
+
 pub(super) fn branches(setting: &mut Setting, value: &str) -> Turn {
     match (value.parse(), &mut setting.integrator) {
         (Ok(count @ 1..=65_536), IntegratorSettings::Branching { branches, .. }) => {

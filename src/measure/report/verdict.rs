@@ -1,11 +1,11 @@
 //! What an experiment found, in plain sentences.
 
 use super::super::bench::Run;
-use super::super::reach::Reach;
+use super::super::reach::{Beyond, Measured, Reach};
 use super::super::series::{Series, SlopeVerdict};
 use super::super::statistics::significance_each;
 use super::super::summary::{Findings, Interval, SIGNIFICANCE, Summary};
-use super::{seconds, significant};
+use super::{rough, seconds, significant};
 
 /// The sentences, the most useful first.
 #[must_use]
@@ -79,54 +79,113 @@ fn alike(findings: &Findings) -> Vec<String> {
 
 /// Which series reaches the target first, and what the base needs.
 fn reached(findings: &Findings, runs: &[Run], target: f64) -> String {
-    let reaches = findings.reaches(runs, target);
-    let mut able: Vec<(&Summary, Reach)> =
-        reaches.iter().filter_map(|(s, reach)| Some((*s, (*reach)?))).collect();
-    able.sort_by(|a, b| a.1.seconds.value.total_cmp(&b.1.seconds.value));
-    let what = format!("relMSE {}", significant(target));
-    let Some((best, reach)) = able.first() else {
-        return format!("{what} is not reached: {}.", why_not(findings, None));
-    };
-    let base_series = findings.base_series();
-    let base = able.iter().find(|(s, _)| s.series == base_series);
-    let mut text = format!(
-        "{what} is reached in {} with {} ({} {} per pixel{})",
-        interval(&reach.seconds),
-        quoted(best),
-        significant(reach.samples_per_pixel),
-        if reach.samples_per_pixel == 1.0 { "sample" } else { "samples" },
-        if reach.extrapolated { ", extrapolated" } else { "" }
+    // The root of a mean of squares over those of the true values.
+    let what = format!(
+        "An error of {} % of a pixel's brightness (relMSE {})",
+        rough(100.0 * target.sqrt()),
+        significant(target)
     );
+    let reaches = findings.reaches(runs, target);
+    let mut able: Vec<(&Summary, Measured)> =
+        reaches.iter().filter_map(|(s, reach)| Some((*s, reach.measured()?))).collect();
+    able.sort_by(|a, b| a.1.seconds.value.total_cmp(&b.1.seconds.value));
+    let base = reaches.iter().find(|(s, _)| s.series == findings.base_series());
+    let Some(&(best, reach)) = able.first() else {
+        return format!("{what} {}", not_reached(&reaches));
+    };
+    let mut text =
+        format!("{what} takes {} with {}: {}", time(&reach), quoted(best), samples(&reach));
     match base {
-        Some((s, _)) if s.series == best.series => text += "; no setting is faster than the base.",
-        Some((_, reach)) => {
-            text += &format!("; the base needs {}", interval(&reach.seconds));
-            text += if reach.extrapolated { " (extrapolated)." } else { "." };
+        Some((s, _)) if s.series == best.series && able.len() > 1 => {
+            text += "; no setting is faster than the base.";
         }
-        None => {
-            let why = why_not(findings, Some(base_series));
-            text += &format!("; the base does not reach it: {why}.");
+        Some((s, _)) if s.series == best.series => text += ".",
+        Some((_, Reach::Measured(reach))) => {
+            text += &format!("; the base takes {}: {}.", time(reach), samples(reach));
+        }
+        Some((_, Reach::Beyond(beyond))) => text += &format!(". The base {}", not_yet(beyond)),
+        Some((_, Reach::Biased)) | None => {
+            text += ". The base does not come to it for sure: it is biased.";
         }
     }
-    let overlapping = |(s, other): &&(&Summary, Reach)| {
-        s.series != best.series && other.seconds.low <= reach.seconds.high
-    };
-    let as_good: Vec<_> = able.iter().skip(1).filter(overlapping).map(|(s, _)| quoted(s)).collect();
+    let as_good: Vec<_> = able[1..]
+        .iter()
+        .filter(|(_, other)| !reach.is_sooner_than(other))
+        .map(|(s, _)| quoted(s))
+        .collect();
     if !as_good.is_empty() {
-        text += &format!(" Within the error as fast: {}.", as_good.join("; "));
+        text += &format!(
+            " Their intervals leave open which is faster: {} or {}.",
+            quoted(best),
+            as_good.join(" or ")
+        );
     }
     text
 }
 
-/// Why the settings of a series, or any at all, do not reach an error.
-fn why_not(findings: &Findings, series: Option<&str>) -> &'static str {
-    let mut settings =
-        findings.settings.iter().filter(|s| series.is_none_or(|series| s.series == series));
-    match (settings.any(|s| s.bias.is_biased), series) {
-        (true, Some(_)) => "it is biased",
-        (true, None) => "no setting without bias comes to it",
-        (false, _) => "no possible number of samples is enough",
+/// Why no series comes to an error that was measured.
+fn not_reached(reaches: &[(&Summary, Reach)]) -> String {
+    let beyond = |(s, reach): &(&Summary, Reach)| match reach {
+        Reach::Beyond(beyond) => Some((quoted(s), *beyond)),
+        Reach::Measured(_) | Reach::Biased => None,
+    };
+    let nearest =
+        reaches.iter().filter_map(beyond).min_by(|a, b| a.1.rel_mse.total_cmp(&b.1.rel_mse));
+    nearest.map_or(
+        "is not reached for sure: no setting is without bias.".to_owned(),
+        |(name, beyond)| {
+            format!(
+                "takes more samples than were measured: {name}, which comes nearest, {}",
+                not_yet(&beyond)
+            )
+        },
+    )
+}
+
+/// How near a series came.
+fn not_yet(beyond: &Beyond) -> String {
+    let Beyond { samples_per_pixel, rel_mse, seconds: time, projected } = *beyond;
+    let mut text = format!(
+        "is at relMSE {} with {} in {}, the most that were measured",
+        significant(rel_mse),
+        per_pixel(samples_per_pixel),
+        seconds(time)
+    );
+    match projected {
+        Some(i) if i.high.is_finite() && i.value <= f64::from(u32::MAX) => {
+            let [value, low, high] = [i.value, i.low, i.high].map(rough);
+            text += &format!(
+                "; if its error goes on falling as it did, {value} ({low} to {high}) are enough."
+            );
+        }
+        Some(_) => text += "; its error does not fall for sure.",
+        None => text += ".",
     }
+    text
+}
+
+/// `5 ms (4.9 ms to 5.3 ms)`.
+fn time(reach: &Measured) -> String {
+    let Interval { value, low, high } = reach.seconds;
+    let most = if high.is_finite() { seconds(high) } else { "more than was measured".to_owned() };
+    let at_most = if reach.is_upper_bound { "at most " } else { "" };
+    format!("{at_most}{} ({} to {most})", seconds(value), seconds(low))
+}
+
+/// `4 samples per pixel (3 to 4)`.
+fn samples(reach: &Measured) -> String {
+    let Measured { samples_per_pixel, fewest, most, is_upper_bound, .. } = *reach;
+    let text = per_pixel(samples_per_pixel);
+    match most {
+        _ if is_upper_bound => format!("{text} or fewer, of which none were measured"),
+        Some(most) if fewest == most => text,
+        Some(most) => format!("{text} ({fewest} to {most})"),
+        None => format!("{text} ({fewest} to more than were measured)"),
+    }
+}
+
+fn per_pixel(samples: u32) -> String {
+    format!("{samples} {} per pixel", if samples == 1 { "sample" } else { "samples" })
 }
 
 fn biased(s: &Summary) -> String {
@@ -148,15 +207,11 @@ fn method(findings: &Findings) -> String {
         "From {seeds} seeds for each setting. A setting is called biased if p < {level:.2e} (Student's t, \
          Šidák's correction for {tests} settings): in {} % of experiments without bias one is called so by \
          chance, or in more where light is so rare that few pictures meet it. The same holds for settings that differ from the base (Welch's t), and for slopes (Student's t). Intervals \
-         hold 95 % (bootstrap over seeds).",
+         hold 95 % (bootstrap over seeds; of numbers of samples Student's t).",
         SIGNIFICANCE * 100.0
     )
 }
 
 fn quoted(s: &Summary) -> String {
     format!("\"{}\"", s.series)
-}
-
-fn interval(i: &Interval) -> String {
-    format!("{} ({} to {})", seconds(i.value), seconds(i.low), seconds(i.high))
 }

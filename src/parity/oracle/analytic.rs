@@ -6,9 +6,18 @@ use crate::shape::{Analytic, Crossing};
 
 /// The bound for an analytic primitive: R is the distance of its box's farthest corner.
 pub(super) fn bound_of(line: &Line, analytic: &dyn Analytic) -> f64 {
+    bound(farthest(line, analytic))
+}
+
+/// Distance of its box's farthest corner, in units of the line's direction.
+pub(super) fn reach(line: &Line, analytic: &dyn Analytic) -> f64 {
+    farthest(line, analytic) / line.direction.length()
+}
+
+fn farthest(line: &Line, analytic: &dyn Analytic) -> f64 {
     let bounds = analytic.bounds();
     let [min, max] = [bounds.min, bounds.max].map(|p| (p.as_dvec3() - line.origin).abs());
-    bound(min.max(max).length())
+    min.max(max).length()
 }
 
 /// The crossings, with the part of the line around each that is within the bound.

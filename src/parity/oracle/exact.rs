@@ -36,7 +36,9 @@ pub(super) fn volume(o: Vec3A, a: Vec3A, b: Vec3A, c: Vec3A) -> f64 {
 
 fn edge_function(o: Vec3A, d: Vec3A, p: Vec3A, q: Vec3A, needed: f64) -> f64 {
     let [od, dd, pd, qd] = [o, d, p, q].map(|v| v.as_dvec3());
-    determinant(dd, pd - od, qd - od, needed).unwrap_or_else(|| {
+    // The third row may be p − o or q − o as well, but the edge is short where details are small and far, and with
+    // it the products that are to cancel.
+    determinant(dd, pd - od, qd - pd, needed).unwrap_or_else(|| {
         let mut sum = Expansion::default();
         sum.add_determinant(d, p, q);
         sum.add_determinant(d, q, o);

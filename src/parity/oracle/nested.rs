@@ -1,6 +1,6 @@
 //! Instances: the same questions in the space of a group.
 
-use super::truth::{Encounter, Truth};
+use super::truth::{Confirmed, Encounter, Truth};
 use super::{Oracle, Span};
 use crate::ray::{Hit, Ray};
 use crate::shape::{Instance, instance::LocalRay};
@@ -43,10 +43,16 @@ impl<'a> Nested<'a> {
     }
 
     /// As [`Truth::confirm`].
-    pub(super) fn confirm(&self, hit: &Hit) -> Option<Span> {
+    pub(super) fn confirm(&self, hit: &Hit) -> Option<Confirmed> {
         let t = (f64::from(hit.t) * self.stretch) as f32;
         let local = Hit { t, shape: hit.member, member: 0, ..*hit };
-        self.truth.confirm(&local).map(|span| self.span_in_scene(span))
+        let confirmed = self.truth.confirm(&local)?;
+        Some(Confirmed { span: self.span_in_scene(confirmed.span), ..confirmed })
+    }
+
+    /// As [`Truth::is_crowded`].
+    pub(super) fn is_crowded(&self) -> bool {
+        self.truth.is_crowded()
     }
 
     fn in_scene(&self, encounter: &Encounter) -> Encounter {
@@ -56,6 +62,7 @@ impl<'a> Nested<'a> {
             primitive: encounter.primitive,
             crossing: encounter.crossing.map(|t| t / self.stretch),
             clearance: encounter.clearance / self.stretch,
+            reach: encounter.reach / self.stretch,
             span: self.span_in_scene(encounter.span),
         }
     }

@@ -1,5 +1,7 @@
 //! Which primitives a ray may come near: a tree of boxes that leaves out only what is provably far.
 
+use std::ops::ControlFlow;
+
 use glam::{DVec3, Vec3};
 
 use super::bound;
@@ -75,17 +77,29 @@ impl Tree {
     }
 
     /// Calls `visit` with the index of each box that may hold a point of the ray's segment.
-    pub(super) fn visit_crossed(&self, line: &Line, visit: impl FnMut(u32)) {
-        self.visit(line, 1e-6, visit);
+    pub(super) fn visit_crossed(&self, line: &Line, mut visit: impl FnMut(u32)) {
+        let _ = self.visit(line, 1e-6, |item| {
+            visit(item);
+            ControlFlow::Continue(())
+        });
     }
 
     /// Calls `visit` with the index of each box that may hold a point within the [`bound`] of the ray's
-    /// segment.
-    pub(super) fn visit_near(&self, line: &Line, visit: impl FnMut(u32)) {
-        self.visit(line, 1.0 + 1e-6, visit);
+    /// segment, until it breaks off.
+    pub(super) fn visit_near(
+        &self,
+        line: &Line,
+        visit: impl FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.visit(line, 1.0 + 1e-6, visit)
     }
 
-    fn visit(&self, line: &Line, bounds_wider: f64, mut visit: impl FnMut(u32)) {
+    fn visit(
+        &self,
+        line: &Line,
+        bounds_wider: f64,
+        mut visit: impl FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let mut stack = vec![0];
         while let Some(at) = stack.pop() {
             let node = self.nodes.get(at as usize);
@@ -94,11 +108,12 @@ impl Tree {
             };
             if node.second == 0 {
                 let items = node.items.start as usize..node.items.end as usize;
-                self.order[items].iter().for_each(|&i| visit(i));
+                self.order[items].iter().try_for_each(|&i| visit(i))?;
             } else {
                 stack.extend([node.second, at + 1]);
             }
         }
+        ControlFlow::Continue(())
     }
 }
 

@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3A};
 
-use super::bound;
 use super::exact::{facing, side, volume};
 use super::span::{Line, Span};
+use super::{bound, distance_bound};
 
 /// A triangle as seen from a ray: its corners, and the same relative to the origin.
 #[derive(Clone, Copy, Debug)]
@@ -29,9 +29,19 @@ impl Triangle {
         [edge(0, 1), edge(1, 2), edge(2, 0)]
     }
 
+    /// Distance of the farthest corner from the origin, in scene units.
+    fn farthest(&self) -> f64 {
+        self.seen.map(DVec3::length).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The same in units of the line's direction.
+    pub(super) fn reach(&self, line: &Line) -> f64 {
+        self.farthest() / line.direction.length()
+    }
+
     /// The largest distance that rounding may have moved it by.
     pub(super) fn bound(&self) -> f64 {
-        bound(self.seen.map(DVec3::length).into_iter().fold(0.0, f64::max))
+        bound(self.farthest())
     }
 
     /// The scalar product of the line's direction with the normal, with its exact sign: 0 if the triangle
@@ -63,18 +73,22 @@ impl Triangle {
         crossing.is_some() || clearance <= self.bound()
     }
 
+    /// Length of the longest edge.
+    fn longest(&self) -> f64 {
+        self.edges().map(|(_, [a, b])| a.distance(b)).into_iter().fold(0.0, f64::max)
+    }
+
     /// How much worse it is shaped than a right-angled isosceles triangle, which has 2: the square of the
     /// longest edge over twice the area.
     fn shape(&self) -> f64 {
-        let edges = self.edges().map(|(_, [a, b])| a.distance_squared(b));
-        edges.into_iter().fold(0.0, f64::max) / self.normal.length()
+        self.longest().powi(2) / self.normal.length()
     }
 
-    /// Where along the line points may be within the bound of the triangle: where the line is within the
-    /// bound of its plane, no farther than its corners reach.
+    /// The distances that a hit with it may be reported at: where the line is within the bound of its plane, no
+    /// farther than its corners reach.
     pub(super) fn span(&self, line: &Line) -> Span {
         let d = line.direction;
-        let (dd, slack) = (d.length_squared(), self.bound() / d.length());
+        let (dd, slack) = (d.length_squared(), distance_bound(self.reach(line), 0.0, 0.0));
         let along = self.seen.map(|p| p.dot(d) / dd);
         let near = along.into_iter().fold(f64::INFINITY, f64::min) - slack;
         let far = along.into_iter().fold(f64::NEG_INFINITY, f64::max) + slack;
@@ -82,16 +96,13 @@ impl Triangle {
         Span { near: near.max(plane.near), far: far.min(plane.far) }
     }
 
-    /// The distances that a hit with the triangle may be reported at: where the line is within the bound
-    /// of its plane, all if it is seen from the side.
-    ///
-    /// The normal and the weights of the corners are products of two edges of length L, of up to L², that
-    /// cancel to twice the area: so the bound is multiplied by the triangle's shape. Divided by
-    /// the cosine between ray and normal, it becomes a distance along the ray.
-    pub(super) fn plane_span(&self, line: &Line) -> Span {
+    /// Where the line is within the bound of the triangle's plane, everywhere if it is seen from the side: see
+    /// the module on distances.
+    fn plane_span(&self, line: &Line) -> Span {
         let facing = line.direction.dot(self.normal);
         let through = self.seen[0].dot(self.normal) / facing;
-        let reach = (self.bound() * self.shape() * self.normal.length() / facing).abs();
+        let shift = distance_bound(self.farthest(), self.longest(), self.shape());
+        let reach = (shift * self.normal.length() / facing).abs();
         if reach.is_finite() {
             Span { near: through - reach, far: through + reach }
         } else {
@@ -100,8 +111,8 @@ impl Triangle {
     }
 
     /// Whether the point with the weights `u` and `v` of the second and third corner, clamped as meshes do,
-    /// is where the line passes: within the bound of it, multiplied as in [`Triangle::plane_span`], since
-    /// the two weights err independently and so in any direction along the triangle.
+    /// is where the line passes: within the bound of it times the triangle's shape over the cosine, since the two
+    /// weights err independently and so in any direction along the triangle.
     pub(super) fn is_passed_at(&self, line: &Line, u: f32, v: f32) -> bool {
         if u.is_nan() || v.is_nan() {
             return false;

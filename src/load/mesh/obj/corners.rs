@@ -1,16 +1,9 @@
-//! From corners with an index per attribute to vertices with one index for all.
+//! The corners of faces, with an index for each attribute.
 
 use super::super::buffers::Buffers;
+use super::super::corners::{Attributed, Split};
 use super::super::error::Fault;
 use super::Attributes;
-use crate::shape::mesh::MeshError;
-
-/// How many vertices with the same position are compared before another one is made. More than a
-/// few occur only at poles of texture coordinates, where hardly any corner finds its equal; the
-/// limit keeps the time linear in the size of any file.
-const LONGEST_CHAIN: usize = 32;
-/// No vertex: the end of a chain. A mesh never has so many.
-const NONE: u32 = u32::MAX;
 
 /// A corner of a triangle. All indices count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +20,7 @@ pub(super) struct Corners {
     triangles: Vec<[u32; 3]>,
     /// Like which corner all are, but for the value of its indices.
     pattern: Option<Corner>,
-    split: Option<Split>,
+    split: Option<Split<Corner>>,
 }
 
 impl Corners {
@@ -53,13 +46,16 @@ impl Corners {
         Ok(())
     }
 
-    /// The mesh. All indices must be known to refer to something.
+    /// The buffers of the mesh. All indices must be known to refer to something.
     pub(super) fn finish(self, attributes: Attributes) -> Buffers {
         let Attributes { mut positions, mut uvs, mut normals } = attributes;
+        let mut buffers = Buffers::default();
         if let Some(split) = self.split {
-            let vertices = split.vertices;
+            let vertices = split.into_vertices();
             // One after the other, so that each old buffer makes room for the next new one.
-            drop((split.older, split.newest));
+            let has_uv = |corner: &Corner| corner.uv.is_some();
+            buffers.remarks.some_lack_uvs =
+                vertices.iter().any(has_uv) && !vertices.iter().all(has_uv);
             positions = vertices.iter().map(|corner| positions[corner.vertex as usize]).collect();
             uvs = gather(&uvs, vertices.iter().map(|corner| corner.uv));
             normals = gather(&normals, vertices.iter().map(|corner| corner.normal));
@@ -69,7 +65,13 @@ impl Corners {
             uvs.resize_with(if has_uvs { positions.len() } else { 0 }, Default::default);
             normals.resize_with(if has_normals { positions.len() } else { 0 }, Default::default);
         }
-        Buffers { positions, normals, uvs, triangles: self.triangles }
+        Buffers { positions, normals, uvs, triangles: self.triangles, ..buffers }
+    }
+}
+
+impl Attributed for Corner {
+    fn vertex(&self) -> u32 {
+        self.vertex
     }
 }
 
@@ -89,50 +91,4 @@ fn gather<T: Copy + Default>(
         return Vec::new();
     }
     indices.map(|index| index.map_or_else(T::default, |i| values[i as usize])).collect()
-}
-
-/// One vertex for each combination of indices. Vertices at the same position form a chain, the
-/// newest first: faces that share a vertex are mostly neighbours in the file too, so this touches
-/// less memory than a hash table.
-#[derive(Debug, Default)]
-struct Split {
-    vertices: Vec<Corner>,
-    /// For each vertex, the one before it in its chain.
-    older: Vec<u32>,
-    /// For each of the file's vertices, the newest vertex of its chain.
-    newest: Vec<u32>,
-}
-
-impl Split {
-    fn triangle(&mut self, corners: [Corner; 3], known: usize) -> Result<[u32; 3], Fault> {
-        let [a, b, c] = corners;
-        self.newest.resize(known.max(self.newest.len()), NONE);
-        Ok([self.vertex(a)?, self.vertex(b)?, self.vertex(c)?])
-    }
-
-    fn vertex(&mut self, corner: Corner) -> Result<u32, Fault> {
-        let vertex = u32::try_from(self.vertices.len()).unwrap_or(NONE);
-        if vertex == NONE {
-            let (what, count) = ("vertices", self.vertices.len());
-            return Err(MeshError::TooLarge { what, count }.into());
-        }
-        // A vertex that the file has not defined yet, and perhaps never will, gets no chain.
-        let mut older = NONE;
-        if let Some(newest) = self.newest.get_mut(corner.vertex as usize) {
-            let mut candidate = *newest;
-            for _ in 0..LONGEST_CHAIN {
-                if candidate == NONE {
-                    break;
-                }
-                if self.vertices[candidate as usize] == corner {
-                    return Ok(candidate);
-                }
-                candidate = self.older[candidate as usize];
-            }
-            older = std::mem::replace(newest, vertex);
-        }
-        self.vertices.push(corner);
-        self.older.push(older);
-        Ok(vertex)
-    }
 }

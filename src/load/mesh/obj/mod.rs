@@ -14,24 +14,38 @@ use self::corners::{Corner, Corners};
 use self::parse::{Counts, Part, Reference};
 use super::buffers::Placement;
 use super::error::Fault;
+use super::polygons::Polygons;
+use super::remarks::{Materials, Statements};
 use super::source::Source;
 use super::text::{self, Cursor, TextFormat};
 use super::{LoadedMesh, MeshOptions};
 
+/// A mesh takes at least this part of what its text does: the corner `12345678/12345678/12345678` takes 4
+/// bytes.
+const TEXT_TO_MEMORY: u64 = 8;
+
 pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
-    let mut source = Source::open(path)?;
+    let mut source = Source::text(path, &options.limits)?;
+    source.claim(source.stored() / TEXT_TO_MEMORY)?;
     let mut obj = Obj {
         placement: Placement::new(options),
         face_normals: options.face_normals,
         attributes: Attributes::default(),
         corners: Corners::default(),
+        polygons: Polygons::default(),
+        materials: Materials::default(),
+        statements: Statements::default(),
         furthest: [None; 3],
     };
     let (_, counts) = text::read(&mut source, &mut obj, 0, Counts::default())?;
     for (reference, count) in obj.furthest.iter().zip(counts.0) {
         reference.map_or(Ok(()), |reference: Reference| reference.check(count))?;
     }
-    obj.corners.finish(obj.attributes).finish(options)
+    let mut buffers = obj.corners.finish(obj.attributes);
+    buffers.polygons = obj.polygons;
+    buffers.remarks.materials = obj.materials;
+    buffers.remarks.statements = obj.statements;
+    buffers.finish(options)
 }
 
 /// What the lines `v`, `vt` and `vn` of a file, or a part of it, hold; each has its own indices.
@@ -47,6 +61,9 @@ struct Obj {
     face_normals: bool,
     attributes: Attributes,
     corners: Corners,
+    polygons: Polygons,
+    materials: Materials,
+    statements: Statements,
     /// For v, vt and vn, the largest index that was ahead of its time. Whether it refers to
     /// something is only known at the end.
     furthest: [Option<Reference>; 3],
@@ -76,6 +93,9 @@ impl TextFormat for Obj {
             });
             self.corners.push(corners, known)?;
         }
+        self.polygons.append(&part.polygons);
+        self.materials.append(&part.materials);
+        self.statements.append(part.statements);
         for (furthest, reference) in self.furthest.iter_mut().zip(part.furthest) {
             Reference::keep_larger(furthest, reference);
         }

@@ -6,6 +6,8 @@ use glam::DVec3;
 
 use super::super::buffers::Placement;
 use super::super::error::{Fault, MeshProblem, Place, excerpt};
+use super::super::polygons::Polygons;
+use super::super::remarks::{Materials, Statements};
 use super::super::text::{Cursor, ends_word, parse_integer};
 use super::Attributes;
 use super::corners::Corner;
@@ -63,6 +65,9 @@ impl Reference {
 pub(super) struct Part {
     pub(super) attributes: Attributes,
     pub(super) triangles: Vec<[Corner; 3]>,
+    pub(super) polygons: Polygons,
+    pub(super) materials: Materials,
+    pub(super) statements: Statements,
     pub(super) furthest: [Option<Reference>; 3],
 }
 
@@ -107,7 +112,10 @@ pub(super) fn parse(
                 known.0[2] += 1;
             }
             b"f" => face(cursor, known, &mut part)?,
-            b"o" | b"g" | b"s" | b"usemtl" | b"mtllib" | b"l" | b"p" => {}
+            b"o" | b"g" | b"s" => {}
+            b"mtllib" => part.materials.libraries.add(&name(cursor)),
+            b"usemtl" => part.materials.used.add(&name(cursor)),
+            keyword if part.statements.note(keyword) => {}
             keyword => {
                 let keyword = excerpt(keyword);
                 return Err(cursor.fault(MeshProblem::UnknownKeyword { keyword }));
@@ -139,6 +147,13 @@ fn numbers(
     Ok(numbers)
 }
 
+/// The rest of a line: names may have spaces.
+fn name(cursor: &mut Cursor) -> String {
+    let line = if cursor.line_ends() { &[][..] } else { cursor.rest() };
+    let end = line.iter().position(|&b| b == b'\n').unwrap_or(line.len());
+    excerpt(line[..end].trim_ascii())
+}
+
 /// A polygon as a fan around its first corner.
 fn face(cursor: &mut Cursor, known: Counts, part: &mut Part) -> Result<(), Fault> {
     let (mut first, mut previous) = (None, None);
@@ -155,6 +170,7 @@ fn face(cursor: &mut Cursor, known: Counts, part: &mut Part) -> Result<(), Fault
     if count < 3 {
         return Err(cursor.fault(MeshProblem::TooFewCorners { count }));
     }
+    part.polygons.push(count as usize);
     Ok(())
 }
 

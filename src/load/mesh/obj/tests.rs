@@ -1,7 +1,7 @@
 use glam::{Vec2, Vec3, Vec3A};
 
-use super::super::load_obj;
-use super::super::tests::{mesh, message};
+use super::super::tests::{load_bytes, mesh, message};
+use super::super::{MeshOptions, load_obj};
 
 const VERTICES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
 
@@ -67,6 +67,53 @@ fn poles_are_split() {
     assert!((0..1000).all(|i| mesh.uvs()[mesh.triangles()[i][0] as usize].x == i as f32));
 }
 
+/// Curves, surfaces, lines and what other programs are told of the display is no error, and no secret.
+#[test]
+fn what_is_no_polygon_is_named() {
+    let file = with(
+        "vp 0.5\nmtllib a b.mtl\nusemtl red\nf 1 2 3\nusemtl blue\nf 2 4 3\nusemtl red\ncstype bspline\n\
+         deg 3\ncurv 0 1 1 \\\n 2 3 4\nparm u 0 0 0 0 1 1 1 1\nend\nl 1 2\nmg 0\nlod 3\nstech cparma 1\n",
+    );
+    let options = MeshOptions::default();
+    let loaded = load_bytes(load_obj, file.as_bytes(), &options).expect("a good file");
+    assert_eq!(loaded.mesh.triangles(), [[0, 1, 2], [1, 3, 2]]);
+    assert_eq!(
+        loaded.warnings(),
+        [
+            "free-form curves and surfaces are left out (`vp`, `cstype`, `deg`, `curv`, `parm`, `end`); let the \
+             program that wrote the file make polygons of them",
+            "lines and points are left out (`l`); only faces can be seen",
+            "statements without effect are left out (`mg`, `lod`, `ctech`); they are about how other programs \
+             show the polygons",
+        ]
+    );
+    let materials = &loaded.remarks.materials;
+    assert_eq!(materials.libraries.to_string(), "`a b.mtl`");
+    assert_eq!(
+        (materials.used.to_string().as_str(), materials.used.are_several()),
+        ("`red`, `blue`", true)
+    );
+    let many: String = (0..100).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect();
+    let loaded = load_bytes(load_obj, with(&many).as_bytes(), &options).expect("a good file");
+    assert_eq!(loaded.remarks.materials.used.to_string(), "`m0`, `m1`, `m2`, `m3`, `m4`, …");
+    assert!(loaded.warnings().is_empty());
+}
+
+/// 1e39 and more is no f32.
+#[test]
+fn texture_coordinates_that_are_not_finite_count_as_0() {
+    let file = with("vt nan 1\nvt 1e39 0.5\nvt 0.5 0.25\nf 1/1 2/2 3/3\n");
+    let loaded = load_bytes(load_obj, file.as_bytes(), &MeshOptions::default()).expect("a mesh");
+    assert_eq!(loaded.mesh.uvs()[..3], [Vec2::ZERO, Vec2::ZERO, Vec2::new(0.5, 0.25)]);
+    assert_eq!(
+        loaded.warnings(),
+        [
+            "2 vertices have texture coordinates that are not finite and count as 0; unwrap the mesh anew in the \
+          program that it comes from"
+        ]
+    );
+}
+
 #[test]
 fn every_problem_is_named() {
     for (lines, expected) in [
@@ -86,9 +133,8 @@ fn every_problem_is_named() {
         ("v 1 two 3", ":5:5: expected a number, found `two`"),
         ("v 1 2 3e", ":5:7: expected a number, found `3e`"),
         (
-            "\n curv 1 2",
-            ":6:2: unknown keyword `curv` (expected v, vt, vn or f; o, g, s, usemtl, mtllib, l and p \
-             are ignored)",
+            "\n call other.obj",
+            ":6:2: unknown keyword `call` (expected v, vt, vn or f; o, g, s and what is no polygon are ignored)",
         ),
         ("v 1 \\\n 2 \\\n  y", ":7:3: expected a number, found `y`"),
     ] {

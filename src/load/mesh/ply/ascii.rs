@@ -1,20 +1,19 @@
 //! PLY data as text: one record a line.
 
-use super::super::buffers::Buffers;
 use super::super::error::{Fault, MeshProblem, Place};
 use super::super::source::Source;
 use super::super::text::{self, Cursor, TextFormat};
 use super::header::Scalar;
-use super::record::{Records, Values};
+use super::record::{Content, Records, Values};
 
 /// Reads all records; the header has so many lines.
 pub(super) fn read(
     source: &mut Source,
     header_lines: u64,
     records: &Records,
-    buffers: &mut Buffers,
+    content: &mut Content,
 ) -> Result<(), Fault> {
-    let mut format = Ascii { records, buffers };
+    let mut format = Ascii { records, content };
     let (lines, mut found) = text::read(source, &mut format, header_lines, 0)?;
     for element in records.elements() {
         if found < element.count {
@@ -29,13 +28,13 @@ pub(super) fn read(
 
 struct Ascii<'a> {
     records: &'a Records<'a>,
-    buffers: &'a mut Buffers,
+    content: &'a mut Content,
 }
 
 impl TextFormat for Ascii<'_> {
     /// Records.
     type Count = u64;
-    type Part = Buffers;
+    type Part = Content;
 
     fn count(&self, part: &mut Cursor) -> u64 {
         let mut records = 0;
@@ -46,8 +45,8 @@ impl TextFormat for Ascii<'_> {
         records
     }
 
-    fn parse(&self, part: &mut Cursor, mut before: u64) -> Result<Buffers, Fault> {
-        let mut out = Buffers::default();
+    fn parse(&self, part: &mut Cursor, mut before: u64) -> Result<Content, Fault> {
+        let mut out = Content::default();
         for (index, element) in self.records.elements().enumerate() {
             while before < element.count {
                 if !part.find_word() {
@@ -66,8 +65,8 @@ impl TextFormat for Ascii<'_> {
         Ok(out)
     }
 
-    fn take(&mut self, part: Buffers) -> Result<(), Fault> {
-        self.buffers.append(&part);
+    fn take(&mut self, part: Content) -> Result<(), Fault> {
+        self.content.append(&part);
         Ok(())
     }
 }

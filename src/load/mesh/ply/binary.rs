@@ -1,11 +1,10 @@
 //! PLY data as bytes.
 
-use super::super::buffers::Buffers;
 use super::super::bytes::Bytes;
 use super::super::error::{Fault, MeshProblem, Place};
 use super::super::source::Source;
 use super::header::Scalar;
-use super::record::{Records, Values};
+use super::record::{Content, Records, Values};
 
 /// Reads all records; the header has so many bytes.
 pub(super) fn read(
@@ -13,12 +12,12 @@ pub(super) fn read(
     header_bytes: u64,
     big_endian: bool,
     records: &Records,
-    buffers: &mut Buffers,
+    content: &mut Content,
 ) -> Result<(), Fault> {
     let mut bytes = Bytes::new(source, header_bytes, big_endian);
     for (index, element) in records.elements().enumerate() {
         for number in 0..element.count {
-            records.read(index, &mut bytes, buffers).map_err(|fault| {
+            records.read(index, &mut bytes, content).map_err(|fault| {
                 let (offset, problem) = match *fault.problem {
                     MeshProblem::MissingValue => {
                         let (element, count) = (element.name.clone(), element.count);

@@ -1,11 +1,12 @@
 //! What the records of a PLY file mean, in whichever encoding they are written.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
 use super::super::buffers::{Buffers, Placement};
 use super::super::error::{Fault, MeshProblem, Place};
 use super::super::source::Source;
 use super::header::{Element, Encoding, Header, Kind, Property, Scalar};
+use super::wedges::Wedges;
 
 /// Where values come from: text or bytes.
 pub(super) trait Values {
@@ -33,13 +34,36 @@ const SLOTS: usize = 8;
 /// Position, normal and texture coordinates, and a last place for what nobody asked for.
 type Vertex = [f64; SLOTS + 1];
 
+/// What was read of a file, or of a piece of it.
+#[derive(Debug, Default)]
+pub(super) struct Content {
+    pub(super) buffers: Buffers,
+    /// Empty if the file has no texture coordinates for corners.
+    pub(super) wedges: Wedges,
+    /// Those of the face that is being read.
+    face_uvs: Vec<f64>,
+}
+
+impl Content {
+    /// Adds the next piece of a file.
+    pub(super) fn append(&mut self, piece: &Self) {
+        self.buffers.append(&piece.buffers);
+        self.wedges.append(&piece.wedges);
+    }
+}
+
 /// What is read of an element's records.
 #[derive(Debug)]
 enum Role {
     /// Vertices: the place of each property in a [`Vertex`].
     Vertex(Vec<usize>),
-    /// Faces: which property is the list of vertex indices.
-    Face(usize),
+    /// Faces: which property is the list of vertex indices; which, if any, is the list of texture coordinates
+    /// and which the number of a texture.
+    Face {
+        indices: usize,
+        uvs: Option<usize>,
+        texture: Option<usize>,
+    },
     Skip,
 }
 
@@ -75,6 +99,10 @@ impl<'a> Records<'a> {
                 _ => Err(MeshProblem::Header(format!("expected one element `{name}`"))),
             }
         };
+        if elements.iter().all(|(element, _)| element.name != "face") {
+            let vertices = usize::try_from(one("vertex")?.count).unwrap_or(usize::MAX);
+            return Err(MeshProblem::NoFaces { vertices }.into());
+        }
         one("face")?;
         let vertex = one("vertex")?;
         let has = |slots: std::ops::Range<usize>| {
@@ -91,7 +119,16 @@ impl<'a> Records<'a> {
     }
 
     /// Makes room for what the header declares, as far as the file can hold it.
-    pub(super) fn reserve(&self, source: &Source, buffers: &mut Buffers) {
+    pub(super) fn reserve(&self, source: &Source, buffers: &mut Buffers) -> Result<(), Fault> {
+        for (element, role) in &self.elements {
+            let bytes = match role {
+                Role::Vertex(_) => Buffers::vertex_bytes(self.has_normals, self.has_uvs),
+                Role::Face { .. } => Buffers::TRIANGLE_BYTES,
+                Role::Skip => 0,
+            };
+            let count = source.possible(element.count, self.least_bytes(element));
+            source.claim(count.saturating_mul(bytes))?;
+        }
         for (element, role) in &self.elements {
             let count = source.plausible(element.count, self.least_bytes(element));
             match role {
@@ -100,10 +137,11 @@ impl<'a> Records<'a> {
                     buffers.normals.reserve_exact(if self.has_normals { count } else { 0 });
                     buffers.uvs.reserve_exact(if self.has_uvs { count } else { 0 });
                 }
-                Role::Face(_) => buffers.triangles.reserve_exact(count),
+                Role::Face { .. } => buffers.triangles.reserve_exact(count),
                 Role::Skip => {}
             }
         }
+        Ok(())
     }
 
     /// How few bytes a record can take: in text a digit and a separator for each value.
@@ -126,21 +164,32 @@ impl<'a> Records<'a> {
         &self,
         index: usize,
         values: &mut impl Values,
-        out: &mut Buffers,
+        out: &mut Content,
     ) -> Result<(), Fault> {
         let (element, role) = &self.elements[index];
         match role {
-            Role::Vertex(slots) => self.read_vertex(element, slots, values, out),
-            Role::Face(list) => {
+            Role::Vertex(slots) => self.read_vertex(element, slots, values, &mut out.buffers),
+            &Role::Face { indices, uvs, texture } => {
+                let before = out.buffers.triangles.len();
+                out.face_uvs.clear();
                 for (i, property) in element.properties.iter().enumerate() {
                     match property.kind {
-                        Kind::List { count, item } if i == *list => {
-                            self.read_face(count, item, values, out)?;
+                        Kind::List { count, item } if i == indices => {
+                            self.read_face(count, item, values, &mut out.buffers)?;
+                        }
+                        Kind::List { count, item } if uvs == Some(i) => {
+                            for _ in 0..length(count, values)? {
+                                out.face_uvs.push(values.number(item)?);
+                            }
+                        }
+                        Kind::Scalar(scalar) if texture == Some(i) => {
+                            out.wedges.texture(values.integer(scalar)?);
                         }
                         kind => skip(kind, values)?,
                     }
                 }
-                Ok(())
+                let triangles = out.buffers.triangles.len() - before;
+                if uvs.is_some() { self.wedge(triangles, values, out) } else { Ok(()) }
             }
             Role::Skip => element.properties.iter().try_for_each(|p| skip(p.kind, values)),
         }
@@ -189,6 +238,29 @@ impl<'a> Records<'a> {
             out.triangles.push([first, previous, next]);
             previous = next;
         }
+        // As many values were there.
+        out.polygons.push(usize::try_from(corners).unwrap_or(usize::MAX));
+        Ok(())
+    }
+
+    /// Gives the corners of the last face, of so many triangles, the texture coordinates that were read.
+    fn wedge(
+        &self,
+        triangles: usize,
+        values: &impl Values,
+        out: &mut Content,
+    ) -> Result<(), Fault> {
+        let (corners, found) = (triangles + 2, out.face_uvs.len());
+        if found != 0 && found != 2 * corners {
+            let expected = 2 * corners;
+            return Err(values.fault(MeshProblem::TextureCoordinateCount {
+                found,
+                corners,
+                expected,
+            }));
+        }
+        let uvs = out.face_uvs.chunks_exact(2).map(|uv| self.placement.uv(uv[0], uv[1]));
+        out.wedges.push(&uvs.collect::<Vec<Vec2>>(), triangles);
         Ok(())
     }
 
@@ -210,13 +282,16 @@ fn skip(kind: Kind, values: &mut impl Values) -> Result<(), Fault> {
     match kind {
         Kind::Scalar(scalar) => values.skip(scalar, 1),
         Kind::List { count, item } => {
-            let count = values.integer(count)?;
-            match u64::try_from(count) {
-                Ok(count) => values.skip(item, count),
-                Err(_) => Err(values.fault(MeshProblem::NegativeCount { count })),
-            }
+            let count = length(count, values)?;
+            values.skip(item, count)
         }
     }
+}
+
+/// The number of entries of a list.
+fn length(count: Scalar, values: &mut impl Values) -> Result<u64, Fault> {
+    let count = values.integer(count)?;
+    u64::try_from(count).map_err(|_| values.fault(MeshProblem::NegativeCount { count }))
 }
 
 /// Where a property goes in a [`Vertex`].
@@ -253,7 +328,15 @@ fn role(element: &Element) -> Result<Role, String> {
                 matches!(p.name.as_str(), "vertex_indices" | "vertex_index")
                     && matches!(p.kind, Kind::List { item, .. } if item.is_integer())
             };
-            element.properties.iter().position(is_list).map(Role::Face).ok_or_else(|| {
+            let indices = element.properties.iter().position(is_list);
+            let uvs = element
+                .properties
+                .iter()
+                .position(|p| p.name == "texcoord" && matches!(p.kind, Kind::List { .. }));
+            let texture = element.properties.iter().position(|p| {
+                p.name == "texnumber" && matches!(p.kind, Kind::Scalar(s) if s.is_integer())
+            });
+            indices.map(|indices| Role::Face { indices, uvs, texture }).ok_or_else(|| {
                 "the element `face` has no list `vertex_indices` or `vertex_index` of an integer \
                  type"
                     .into()

@@ -30,6 +30,59 @@ fn normals_and_texture_coordinates_are_read() {
     }
 }
 
+/// A square of two triangles and a quadrilateral beside it, with texture coordinates for corners, as MeshLab
+/// writes them; those of the vertices then do not count.
+#[test]
+fn corners_have_texture_coordinates_of_their_own() {
+    let elements = "element vertex 6\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\n\
+                    property float ny\nproperty float nz\nproperty float s\nproperty float t\nelement face 3\n\
+                    property list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+                    property int texnumber\n";
+    let vertices: String = (0..6).map(|i| format!("{} {} 0 0 0 1 9 9\n", i / 2, i % 2)).collect();
+    let faces =
+        "3 0 2 3 6 0 0 1 0 1 1 0\n3 0 3 1 6 0 0 1 1 0 1 0\n4 2 4 5 3 8 .5 0 1 0 1 1 .5 1 0\n";
+    let text = file("ascii", elements, &(vertices.clone() + faces));
+    let options = MeshOptions { flip_tex_coords: true, ..MeshOptions::default() };
+    let loaded = load_bytes(load_ply, text.as_bytes(), &options).expect("a good file");
+    assert!(loaded.warnings().is_empty() && !loaded.remarks.some_lack_uvs);
+    let mesh = loaded.mesh;
+    // Vertices 2 and 3 are split, vertex 0 is not.
+    assert_eq!(mesh.positions().len(), 8);
+    assert_eq!((mesh.triangles().len(), mesh.normals()), (4, &[Vec3::Z; 8][..]));
+    let uv = |triangle: usize, i: usize| mesh.uvs()[mesh.triangles()[triangle][i] as usize];
+    let corners = [[[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]], [[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]];
+    for (triangle, corners) in corners.into_iter().enumerate() {
+        assert_eq!([0, 1, 2].map(|i| uv(triangle, i)), corners.map(Vec2::from));
+    }
+    assert_eq!(uv(2, 0), Vec2::new(0.5, 1.0));
+    assert_eq!(mesh.positions()[mesh.triangles()[2][0] as usize], Vec3A::X);
+
+    // The list may come first, and faces may have none.
+    let elements = elements.replacen("property list uchar int vertex_indices\n", "", 1)
+        + "property list uchar int vertex_indices\n";
+    let faces = "6 0 0 1 0 1 1 0 3 0 2 3\n0 1 3 0 3 1\n0 0 4 2 4 5 3\n";
+    let text = file("ascii", &elements, &(vertices.clone() + faces));
+    let loaded = load_bytes(load_ply, text.as_bytes(), &MeshOptions::default()).expect("good");
+    assert_eq!(loaded.mesh.uvs()[loaded.mesh.triangles()[0][2] as usize], Vec2::ONE);
+    assert_eq!(loaded.mesh.uvs()[loaded.mesh.triangles()[1][0] as usize], Vec2::ZERO);
+    assert!(loaded.remarks.some_lack_uvs);
+    assert_eq!(
+        loaded.warnings(),
+        [
+            "faces name several textures (`texnumber`): all show that of the shape; write a file for each texture, \
+          and give each a shape of its own"
+        ]
+    );
+    // None at all: those of the vertices count.
+    let text = file("ascii", &elements, &(vertices.clone() + &"0 0 3 0 2 3\n".repeat(3)));
+    assert_eq!(super::super::tests::mesh(load_ply, &text).uvs(), [Vec2::splat(9.0); 6]);
+    let text = file("ascii", &elements, &(vertices + "4 0 0 1 0 0 3 0 2 3\n"));
+    assert_eq!(
+        message(load_ply, text),
+        ":23:19: a list of 4 texture coordinates for 3 corners (expected 6, or 0)"
+    );
+}
+
 #[test]
 fn face_normals_leave_the_files_normals_out() {
     let elements =
@@ -155,7 +208,11 @@ fn every_problem_of_the_header_is_named() {
             ":3:1: the element `vertex` has 2 properties `u` or `s` or `texture_u` or `texture_s` \
              (expected one)",
         ),
-        (elements(POINTS), ": expected one element `face`"),
+        (
+            elements(POINTS),
+            ": has no faces, only 3 points (expected polygons: a cloud of points has no surface until a program \
+             such as MeshLab makes one of it)",
+        ),
         (elements(FACES), ": expected one element `vertex`"),
         (elements(&format!("{FACES}{FACES}")), ": expected one element `face`"),
         (

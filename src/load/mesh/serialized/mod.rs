@@ -52,7 +52,7 @@ pub(super) fn load(
             return Err(Fault::new(Place::Byte { offset: start + 2 }, problem));
         }
     }
-    let data = Bytes::new(Source::zlib(file, size), 0, false);
+    let data = Bytes::new(Source::zlib(file, size, &options.limits), 0, false);
     Mesh { data, index: shape_index, start: start + HEAD, is_double: false }.read(version, options)
 }
 
@@ -121,13 +121,21 @@ impl Mesh {
         let keeps_normals = has_normals && !options.face_normals && flags & FACE_NORMALS == 0;
         let has_uvs = flags & HAS_UVS != 0;
 
-        let room = self.data.plausible(vertices, if self.is_double { 24 } else { 12 });
+        let source = self.data.source();
+        let vertex_bytes = if self.is_double { 24 } else { 12 };
+        let room = source.plausible(vertices, vertex_bytes);
+        let kept = Buffers::vertex_bytes(keeps_normals, has_uvs);
+        source.claim(
+            source.possible(vertices, vertex_bytes).saturating_mul(kept)
+                + source.possible(triangles, 12).saturating_mul(Buffers::TRIANGLE_BYTES),
+        )?;
         let placement = Placement::new(options);
         let mut buffers = Buffers {
             positions: Vec::with_capacity(room),
             normals: Vec::with_capacity(if keeps_normals { room } else { 0 }),
             uvs: Vec::with_capacity(if has_uvs { room } else { 0 }),
-            triangles: Vec::with_capacity(self.data.plausible(triangles, 12)),
+            triangles: Vec::with_capacity(source.plausible(triangles, 12)),
+            ..Buffers::default()
         };
         self.vectors("vertex", vertices, |[x, y, z]| {
             buffers.positions.push(placement.position(DVec3::new(x, y, z)));

@@ -1,20 +1,22 @@
 //! `telamon measure`.
 
+mod reference;
+mod shown;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use clap::Args;
 use flate2::Crc;
-use telamon::film::exr::Metadata;
-use telamon::measure::bench::{Bench, Run, mean_error, render_reference};
-use telamon::measure::knobs::{KNOBS, KnobError, Setting};
+use telamon::measure::bench::{Bench, mean_error};
+use telamon::measure::knobs::{KnobError, Setting};
 use telamon::measure::plan::{self, Candidate, Design, Variation};
 use telamon::measure::record::{Origin, Record, ReferenceOrigin};
-use telamon::measure::store::{Store, load_image};
+use telamon::measure::store::Store;
 use telamon::measure::summary::Findings;
-use telamon::measure::{Image, crops, report};
+use telamon::measure::{Image, crops, report, search};
+use telamon::memory::{Limits, OutOfMemory};
 use telamon::scene::Description;
 use telamon::scene::settings::Crop;
 
@@ -22,9 +24,9 @@ use super::definitions::METRICS;
 use super::machine::{self, ProcessMemory};
 use super::message::{Failure, say, warn};
 use super::progress::Runs;
-use super::table::table;
 use super::values::{self, Size};
 use super::{Ending, Input, interrupt, print};
+use shown::{knobs_help, message, remaining, rows};
 
 const HELP: &str = "Ctrl-C stops and keeps what was measured; with --report the same command goes on from there.\n\n\
                     Example: telamon measure scene.xml --vary strategy=bsdf,emitter,mis_power --vary spp=4,8,16,32 \
@@ -43,7 +45,10 @@ const HELP: &str = "Ctrl-C stops and keeps what was measured; with --report the 
          their series is noisiest) and they are more than 1e-6 of the reference's mean, which rounding explains; light \
          that none of its samples has met counts as bias. Efficiency is 1/(MSE * seconds), or 1/(trimmed * seconds), over \
          that of the base with as many samples; Welch's t-test of its logarithm tells settings apart (0.01 for \
-         all). The slope is that of log RMSE over log samples, -0.5 for an unbiased estimator with independent \
+         all). The first sentence is about the fewest samples that were measured and enough; in brackets are the \
+         fewest and the most that it may take (Student's t over seeds), of which the most were measured too. What \
+         takes more than was measured is said to, with what the slope and its error over three numbers of samples \
+         or more leave. The slope is that of log RMSE over log samples, -0.5 for an unbiased estimator with independent \
          samples.\n\n{HELP}"
     )
 )]
@@ -115,15 +120,15 @@ pub(super) struct Arguments {
     )]
     reference_spp: Option<u32>,
 
-    /// relMSE that the verdict is about
+    /// Find out with how many samples, and when, each setting comes to this relMSE: further numbers of samples are
+    /// measured, up to four times the most [default: 0.01, by what is measured anyhow]
     #[arg(
         long,
         value_name = "RELMSE",
-        default_value_t = 0.01,
         value_parser = values::positive,
-        help_heading = "Output"
+        help_heading = "Experiment"
     )]
-    target: f64,
+    target: Option<f64>,
 
     /// Folder for the report, and for all runs as JSON and CSV; one that holds a part of the same
     /// experiment is completed
@@ -135,18 +140,59 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
+/// relMSE that the verdict is about unless another is asked for.
+const TARGET: f64 = 0.01;
+/// How many times the most samples of any setting are measured in search of a target.
+const FARTHEST: u32 = 4;
+
+/// Asks for the memory of a film with its picture, and of all engines, which are there at the same time.
+fn claim(
+    limits: &Limits,
+    description: &Description,
+    settings: &[&Setting],
+) -> Result<(), OutOfMemory> {
+    limits.claim(telamon::render::bytes(description))?;
+    let shapes = description.scene.shapes();
+    let mut accels: Vec<_> = Vec::new();
+    for accel in settings.iter().map(|setting| setting.accel) {
+        if !accels.contains(&accel) {
+            accels.push(accel);
+            limits.claim(accel.estimated_bytes(&shapes))?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes all runs so far; from now on into the folder for temporary files, with a warning, if their own is
+/// gone or full. Whether that is so is returned.
+fn save(store: &mut Store, record: &Record) -> Result<bool, Failure> {
+    let Err(error) = store.save(record) else { return Ok(false) };
+    let folder = std::env::temp_dir().join(format!("telamon-measure-{}", std::process::id()));
+    let other = Store::open(&folder).and_then(|other| other.save(record).map(|()| other));
+    let Ok(other) = other else { return Err(error.into()) };
+    warn(format!("{error}; the measurements are in `{}`", folder.display()));
+    *store = other;
+    Ok(true)
+}
+
 /// What is measured, and how.
 struct Experiment {
     base: Setting,
+    /// Those that were asked for, then those that the search for the target has added.
     candidates: Vec<Candidate>,
+    /// How many were asked for.
+    planned: usize,
     record: Record,
     store: Option<Store>,
+    /// Whether the measurements are in another folder than they should be.
+    elsewhere: bool,
 }
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<Ending, Failure> {
         let accel = self.input.accel();
-        let mut description = self.input.load()?.description;
+        let limits = self.input.resources.limits();
+        let mut description = self.input.load(&limits)?.description;
         if let Some(Size { width, height }) = self.size {
             description.resize(width, height)?;
         }
@@ -162,15 +208,21 @@ impl Arguments {
         let cancel = interrupt::watch()?;
         let settings = experiment.candidates.iter().map(|c| &c.setting);
         let settings: Vec<&Setting> = settings.chain([&experiment.base]).collect();
+        claim(&limits, &description, &settings)?;
         let mut bench = Bench::new(description, settings, &ProcessMemory)?;
         experiment.record.engines = bench.engines();
         let Some(reference) = self.reference(&mut bench, &experiment, &cancel)? else {
             return Ok(Ending::Interrupted);
         };
         self.measure(&mut bench, &mut experiment, &reference, &cancel)?;
+        self.search(&mut bench, &mut experiment, &reference, &cancel)?;
         self.conclude(&mut bench, &experiment, &reference, &cancel)?;
         let interrupted = cancel.load(Ordering::Relaxed);
-        Ok(if interrupted { Ending::Interrupted } else { Ending::Done })
+        Ok(match (experiment.elsewhere, interrupted) {
+            (true, _) => Ending::Elsewhere,
+            (false, true) => Ending::Interrupted,
+            (false, false) => Ending::Done,
+        })
     }
 
     /// The scene's own setting, with what `--set` says.
@@ -228,7 +280,7 @@ impl Arguments {
             processor_threads: machine::threads(),
             scene: self.input.scene.display().to_string(),
             scene_crc32: crc32(&self.input.scene)?,
-            defines: self.input.defines.clone(),
+            defines: self.input.defines_of_record(),
             film: (description.film.width, description.film.height),
             crop: (x, y, width, height),
             base: format!("{base:?}"),
@@ -247,66 +299,10 @@ impl Arguments {
         if !record.commands.contains(&command) {
             record.commands.push(command);
         }
-        Ok(Experiment { base, candidates, record, store })
-    }
-
-    /// The picture to measure against; `None` if Ctrl-C came before it was done.
-    fn reference(
-        &self,
-        bench: &mut Bench<'_>,
-        experiment: &Experiment,
-        cancel: &AtomicBool,
-    ) -> Result<Option<Image>, Failure> {
-        let samples_per_pixel = match &experiment.record.origin.reference {
-            ReferenceOrigin::File { path, .. } => {
-                return self.reference_file(Path::new(path), bench).map(Some);
-            }
-            ReferenceOrigin::Rendered { samples_per_pixel } => *samples_per_pixel,
-        };
-        if let Some(image) = experiment.store.as_ref().map(Store::reference).transpose()?.flatten()
-        {
-            return Ok(Some(image));
-        }
-        let setting = Setting { samples_per_pixel, ..experiment.base.clone() };
-        let bar = Runs::new(1000, self.quiet);
-        let seed = experiment.record.origin.seed;
-        let on_progress = |done: f64| bar.update((1000.0 * done) as u64, "reference".to_owned());
-        let image = render_reference(bench, &setting, seed, &on_progress, cancel);
-        bar.finish();
-        if let (Some(image), Some(store)) = (&image, &experiment.store) {
-            // What the mean of its parts has.
-            let parts = telamon::measure::bench::REFERENCE_PARTS;
-            let samples = samples_per_pixel.div_ceil(parts).saturating_mul(parts);
-            let metadata = Metadata {
-                scene: experiment.record.origin.scene.clone(),
-                seed,
-                samples_per_pixel: (samples, samples),
-                backend: experiment.record.engines.join(", "),
-                ..Metadata::default()
-            };
-            store.save_reference(image, &metadata)?;
-        }
-        Ok(image)
-    }
-
-    fn reference_file(&self, path: &Path, bench: &Bench<'_>) -> Result<Image, Failure> {
-        let image = load_image(path)?;
-        let film = &bench.description().film;
-        let (width, height, crop) = (film.width, film.height, film.crop);
-        let wanted = Image { width, height, crop, pixels: Vec::new(), variance: None };
-        let image = image.cut_to(&wanted).map_err(|e| {
-            let scene = self.input.scene.display();
-            Failure::new(format!("cannot measure `{scene}` against `{}`: {e}", path.display()))
-        })?;
-        super::compare::warn_of_even_samples(&image, path);
-        if image.variance.is_none() {
-            warn(format!(
-                "`{}` does not say how noisy it is: it counts as exact (expected the layers of `telamon \
-                 render --variance`)",
-                path.display()
-            ));
-        }
-        Ok(image)
+        let planned = candidates.len();
+        let mut candidates = candidates;
+        plan::adopt(&mut candidates, record.runs.iter().map(|r| r.setting.as_str()));
+        Ok(Experiment { base, candidates, planned, record, store, elsewhere: false })
     }
 
     /// Makes all runs that are missing, until Ctrl-C.
@@ -317,7 +313,7 @@ impl Arguments {
         reference: &Image,
         cancel: &AtomicBool,
     ) -> Result<(), Failure> {
-        let Experiment { candidates, record, store, .. } = experiment;
+        let Experiment { candidates, record, store, elsewhere, .. } = experiment;
         let labels: Vec<String> = candidates.iter().map(Candidate::label).collect();
         let seed = record.origin.seed;
         let order: Vec<plan::Slot> = plan::order(candidates.len(), self.repeats, seed)
@@ -339,10 +335,41 @@ impl Arguments {
             })?;
             record.runs.push(run);
             if let Some(store) = store {
-                store.save(record)?;
+                *elsewhere |= save(store, record)?;
             }
         }
         bar.finish();
+        Ok(())
+    }
+
+    /// Measures further numbers of samples until it is known when each series comes to the target that was asked
+    /// for, or Ctrl-C.
+    fn search(
+        &self,
+        bench: &mut Bench<'_>,
+        experiment: &mut Experiment,
+        reference: &Image,
+        cancel: &AtomicBool,
+    ) -> Result<(), Failure> {
+        let Some(target) = self.target else { return Ok(()) };
+        let planned = &experiment.candidates[..experiment.planned];
+        let most = planned.iter().map(|c| c.setting.samples_per_pixel).max().unwrap_or(1);
+        let told = match experiment.record.origin.reference {
+            // With more it would be the reference whose noise is seen.
+            ReferenceOrigin::Rendered { samples_per_pixel } => samples_per_pixel / 4,
+            ReferenceOrigin::File { .. } => u32::MAX,
+        };
+        let most = most.saturating_mul(FARTHEST).min(told).max(most);
+        while !cancel.load(Ordering::Relaxed) {
+            let Experiment { candidates, record, .. } = &experiment;
+            let findings = Findings::of(candidates, &record.runs, mean_error(reference));
+            let next = search::next(&findings, candidates, &record.runs, target, most);
+            if next.is_empty() {
+                break;
+            }
+            experiment.candidates.extend(next);
+            self.measure(bench, experiment, reference, cancel)?;
+        }
         Ok(())
     }
 
@@ -354,14 +381,24 @@ impl Arguments {
         reference: &Image,
         cancel: &AtomicBool,
     ) -> Result<(), Failure> {
-        let Experiment { candidates, record, store, .. } = experiment;
+        let Experiment { candidates, planned, record, store, .. } = experiment;
+        let target = self.target.unwrap_or(TARGET);
+        // What the search had just begun says nothing.
+        let runs_of = |c: &Candidate| {
+            let label = c.label();
+            record.runs.iter().filter(|r| r.setting == label).count()
+        };
+        let begun = candidates.iter().zip(0..).filter(|&(c, i)| i < *planned || runs_of(c) > 1);
+        let mut candidates: Vec<Candidate> = begun.map(|(c, _)| c.clone()).collect();
+        candidates[*planned..].sort_by_key(|c| (c.series(), c.setting.samples_per_pixel));
+        let candidates = &candidates;
         let findings = Findings::of(candidates, &record.runs, mean_error(reference));
         let enough = findings.settings.iter().all(|s| s.runs > 1);
         if findings.settings.is_empty() || !enough {
             say("too few runs to say anything: two of each setting are needed");
             return Ok(());
         }
-        let sentences = report::verdict(&findings, &record.runs, self.target);
+        let sentences = report::verdict(&findings, &record.runs, target);
         let mut text = rows(&findings);
         text += "\n";
         for sentence in &sentences {
@@ -370,8 +407,8 @@ impl Arguments {
         print(text.as_bytes())?;
         if let Some(store) = store {
             let subject = (&findings, record.runs.as_slice());
-            let shots = crops::take(bench, candidates, subject, reference, self.target, cancel);
-            let page = report::html(record, &findings, &sentences, shots.as_ref(), self.target);
+            let shots = crops::take(bench, candidates, subject, reference, target, cancel);
+            let page = report::html(record, &findings, &sentences, shots.as_ref(), target);
             let path = store.save_findings(&findings, &page)?;
             say(&format!("report: {}", path.display()));
         }
@@ -386,103 +423,4 @@ fn crc32(path: &Path) -> Result<u32, Failure> {
     let mut crc = Crc::new();
     crc.update(&contents);
     Ok(crc.sum())
-}
-
-/// Seconds that the runs in `order` will take, from those of the same setting so far, or else from the
-/// time of a sample; `None` before the first.
-fn remaining(
-    runs: &[Run],
-    candidates: &[Candidate],
-    labels: &[String],
-    order: &[plan::Slot],
-) -> Option<f64> {
-    let mean = |label: &str| {
-        let times: Vec<f64> =
-            runs.iter().filter(|r| r.setting == label).map(|r| r.seconds).collect();
-        (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
-    };
-    let known: Vec<Option<f64>> = labels.iter().map(|label| mean(label)).collect();
-    let samples = |c: usize| f64::from(candidates[c].setting.samples_per_pixel);
-    let each: Vec<f64> =
-        (0..labels.len()).filter_map(|c| known[c].map(|t| t / samples(c))).collect();
-    let rate = each.iter().sum::<f64>() / each.len() as f64;
-    let time = |&(c, _): &plan::Slot| known[c].unwrap_or(rate * samples(c));
-    (!each.is_empty()).then(|| order.iter().map(time).sum())
-}
-
-fn message(label: &str, left: Option<f64>) -> String {
-    let left = left.map_or(String::new(), |seconds| {
-        let seconds = Duration::from_secs(seconds.ceil() as u64);
-        format!("{} left  ", indicatif::HumanDuration(seconds))
-    });
-    format!("{left}{label}")
-}
-
-/// The table of all settings.
-fn rows(findings: &Findings) -> String {
-    use report::{rough, significant};
-    let names = [
-        "setting",
-        "spp",
-        "seconds",
-        "Mrays/s",
-        "RMSE",
-        "relMSE",
-        "trimmed",
-        "FLIP",
-        "bias",
-        "efficiency",
-        "trimmed",
-        "memory",
-    ];
-    let mut rows = vec![names.map(str::to_owned).to_vec()];
-    for s in &findings.settings {
-        let spread = |s: telamon::measure::summary::Spread| {
-            format!("{} ± {}", significant(s.mean), rough(s.deviation))
-        };
-        let biased = if s.bias.is_biased { " BIASED" } else { "" };
-        rows.push(vec![
-            s.setting.clone(),
-            s.samples_per_pixel.to_string(),
-            format!(
-                "{} ({}–{})",
-                significant(s.seconds.value),
-                rough(s.seconds.low),
-                rough(s.seconds.high)
-            ),
-            format!("{:.2}", s.rays / s.seconds.value * 1e-6),
-            significant(s.rmse),
-            spread(s.rel_mse),
-            significant(s.rel_mse_trimmed.mean),
-            spread(s.flip),
-            format!("{}{biased}", report::bias(&s.bias)[0]),
-            report::compared(s, s.compared),
-            report::compared(s, s.compared_trimmed),
-            s.peak_bytes.map_or(String::new(), |b| format!("{} MB", b / 1_000_000)),
-        ]);
-    }
-    let numbers: Vec<usize> = (1..names.len()).collect();
-    table(&rows, &numbers)
-        + "\n  efficiency: 1/(MSE·s) over that of the base with as many samples, and its 95 % interval; ~ if not \
-           told apart,\n  ≥ if the error is too small for the reference to tell.\n  trimmed: relMSE without the worst \
-           0.1 % of pixels, and the efficiency by that\n"
-}
-
-/// The knobs with their values.
-fn knobs_help() -> String {
-    use telamon::intersect::{Accel, Backend};
-    let mut help = "Knob to vary, with the values that it is to have, separated by commas; may be repeated. What \
-                    a setting has no use for is left out. Knobs:"
-        .to_owned();
-    for knob in KNOBS {
-        help += &format!("\n  {}: {}", knob.name, knob.values);
-    }
-    for &backend in Backend::AVAILABLE {
-        for (key, values) in Accel::modes(backend) {
-            help += &format!("\n  {key}: one of: {} (backend {backend})", values.join(", "));
-        }
-    }
-    help += "\nAnother filter, max_depth, integrator or clamp than the reference's makes another picture, and that \
-             counts as error.";
-    help
 }

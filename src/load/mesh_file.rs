@@ -1,0 +1,60 @@
+//! The file of a mesh, as far as what uses the mesh has to know of it.
+
+use std::path::PathBuf;
+
+use super::mesh::Remarks;
+use super::plugins::Category;
+use super::problem::Issue;
+use super::properties::Object;
+
+/// Where a mesh comes from.
+#[derive(Clone, Debug)]
+pub(super) struct MeshFile {
+    pub(super) path: PathBuf,
+    pub(super) remarks: Remarks,
+    pub(super) has_uvs: bool,
+}
+
+impl MeshFile {
+    /// Why a shape of it, with this material, may not look as meant.
+    pub(super) fn warnings(&self, object: &Object<'_>, varies: bool) -> Vec<Issue> {
+        let issue = |message: String, help: &str| {
+            let message = format!("{}: {message}", self.path.display());
+            Issue::new(object.place_of("filename"), message).with_help(help).once()
+        };
+        let mut issues = Vec::new();
+        let lack = match (self.has_uvs, self.remarks.some_lack_uvs) {
+            (false, _) => Some(("the mesh has", "each triangle shows the texture by itself")),
+            (true, true) => Some(("some faces have", "each shows one point of the texture")),
+            (true, false) => None,
+        };
+        if let Some((who, what)) = lack.filter(|_| varies) {
+            let message =
+                format!("{who} no texture coordinates, by which the material varies: {what}");
+            let help = "unwrap the mesh in the program that it comes from, or give it a material without \
+                        textures";
+            issues.push(issue(message, help));
+        }
+        let materials = &self.remarks.materials;
+        let names = match (materials.used.is_empty(), materials.libraries.is_empty()) {
+            (true, true) => return issues,
+            (true, false) => format!("the materials in {}", materials.libraries),
+            (false, true) => format!("the materials {} (`usemtl`)", materials.used),
+            (false, false) => {
+                format!("the materials {} in {}", materials.used, materials.libraries)
+            }
+        };
+        if object.parts(Category::Bsdf).next().is_none() {
+            let help = "put a <bsdf> into the shape; for several materials, write a file for each";
+            issues.push(issue(format!("{names} are not read"), help));
+        } else if materials.used.are_several() {
+            let help =
+                "for several materials, write a file for each, and give each a shape of its own";
+            issues.push(issue(
+                format!("{names} are not read: all faces have that of the shape"),
+                help,
+            ));
+        }
+        issues
+    }
+}
