@@ -32,8 +32,17 @@ pub struct RayEnd {
     pub point: DVec3,
     /// Unit normal of the surface there, on either side.
     pub normal: Vec3,
-    /// Cosine of the angle from the normal to the direction in which the ray leaves.
-    pub cosine: f32,
+    /// On which side of the surface the ray is.
+    pub side: Side,
+}
+
+/// A side of a surface, as its normal says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// That to which the normal points.
+    Front,
+    /// The other.
+    Back,
 }
 
 impl RayEnd {
@@ -41,7 +50,8 @@ impl RayEnd {
     #[must_use]
     #[inline(always)]
     pub fn new(point: DVec3, normal: Vec3A, direction: Vec3A) -> Self {
-        Self { point, normal: normal.into(), cosine: normal.dot(direction) }
+        let side = if normal.dot(direction) < 0.0 { Side::Back } else { Side::Front };
+        Self { point, normal: normal.into(), side }
     }
 
     /// How far from the surface the ray starts in f32, along the normal, in scene units: what keeps the rounded start on
@@ -62,7 +72,11 @@ impl RayEnd {
     #[must_use]
     #[inline(always)]
     pub fn start(&self) -> Vec3A {
-        self.point.as_vec3a() + Vec3A::from(self.normal) * self.lift().copysign(self.cosine)
+        let lift = match self.side {
+            Side::Front => self.lift(),
+            Side::Back => -self.lift(),
+        };
+        self.point.as_vec3a() + Vec3A::from(self.normal) * lift
     }
 
     /// The same end, of the ray whose direction `map` turns into `direction`, in the space that `map` leads to; `normals`

@@ -112,6 +112,7 @@ impl EmitterSample {
     /// The ray that has to be free for the light to arrive at `receiver`, or `None` if the two ends are
     /// so close that rounding turns the ray around, and nothing can be said to lie between them.
     #[must_use]
+    #[inline(always)]
     pub fn shadow_ray(&self, receiver: &SurfacePoint) -> Option<Ray> {
         let (target, end) = match self.origin {
             LightOrigin::Infinity => return Some(receiver.spawn(self.direction)),

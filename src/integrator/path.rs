@@ -76,14 +76,16 @@ impl Path {
         sampler: &mut PathSampler<'_>,
     ) -> Rgb {
         let count = self.settings.emitter_samples;
-        let mut sum = self.light_sample(tracer, vertex, shading, directions, sampler);
-        for _ in 1..count {
+        let mut sum = Rgb::ZERO;
+        for _ in 0..count {
             sum += self.light_sample(tracer, vertex, shading, directions, sampler);
         }
         sum / count as f32
     }
 
     /// One sample of [`Path::next_event`].
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
     fn light_sample(
         &self,
         tracer: &mut Tracer<'_>,

@@ -16,7 +16,7 @@
 //!
 //! The exact point is that of the path, to 2⁻⁴⁸ of its coordinates; f32 rounds to 2⁻²⁴.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
 use crate::ray::{Ray, RayEnd};
 use crate::shape::Analytic;
@@ -41,7 +41,10 @@ impl Doubt {
     /// ray meets at a cosine of more than 2⁻⁶, and starts that are kept from an edge.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, reach: f32) -> Self {
-        let length = |end: &RayEnd| reach * (4096.0 * U + 64.0 * U / end.cosine.abs());
+        let length = |end: &RayEnd| {
+            let cosine = Vec3A::from(end.normal).dot(ray.direction).abs();
+            reach * (4096.0 * U + 64.0 * U / cosine)
+        };
         Self {
             near: ray.start.as_ref().map_or(-1.0, length),
             far: ray.end.as_ref().map_or(f32::INFINITY, |end| ray.t_max - length(end)),

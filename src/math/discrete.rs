@@ -56,7 +56,11 @@ impl Discrete {
         }
         // The first entry above u, less one: its share is not empty, since it holds u.
         let last = self.cumulative.len() - 2;
-        let mut index = self.cumulative[1..].partition_point(|&c| c <= u).min(last);
+        let mut index = match self.cumulative[..] {
+            // A rectangle's two triangles.
+            [_, middle, _] => usize::from(middle <= u),
+            _ => self.cumulative[1..].partition_point(|&c| c <= u).min(last),
+        };
         // Rounding may have left the last sum below u; the last share may then be empty.
         while self.probability(index) <= 0.0 && index > 0 {
             index -= 1;

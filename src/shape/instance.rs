@@ -217,7 +217,7 @@ impl Instance {
             shading_normal: normal(point.shading_normal),
             near_edge: point
                 .near_edge
-                .map(|near| NearEdge { shift: into_world(near.shift), ..near }),
+                .map(|near| NearEdge { shift: into_world(near.shift.into()).into(), ..near }),
             time,
         }
     }

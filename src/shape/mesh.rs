@@ -172,17 +172,16 @@ impl TriangleMesh {
         triangle.surface(point, normals)
     }
 
-    /// The surface of a triangle that shares a corner with this one and that the ray truly meets.
+    /// The surface of a triangle that shares a corner with this one and that the ray truly meets. Looks at all triangles:
+    /// rarely asked for, and mostly of meshes of a few large ones.
     #[cold]
     fn surface_of_neighbour(&self, ray: &Ray, primitive: usize) -> Option<SurfacePoint> {
-        let place = |&i: &u32| self.positions[i as usize];
-        let corners = self.triangles[primitive].each_ref().map(place);
-        let is_neighbour = |other: &&usize| {
-            **other != primitive
-                && self.triangles[**other].iter().any(|i| corners.contains(&place(i)))
+        let corners = |of: usize| self.triangles[of].map(|i| self.positions[i as usize]);
+        let own = corners(primitive);
+        let is_neighbour = |&other: &usize| {
+            other != primitive && corners(other).iter().any(|corner| own.contains(corner))
         };
-        let all: Vec<_> = (0..self.triangles.len()).collect();
-        all.iter().filter(is_neighbour).find_map(|&other| {
+        (0..self.triangles.len()).filter(is_neighbour).find_map(|other| {
             let triangle = self.triangle(other);
             let point = triangle.meet_inside(ray)?;
             Some(self.surface_at(other, &triangle, point))

@@ -1,11 +1,11 @@
-//! Shapes: their geometry, sampling by area or solid angle, and the surface at a hit with the bound
-//! of its rounding error.
+//! Shapes: their geometry, sampling by area or solid angle, and the surface at a hit with the rays that
+//! leave it.
 
 use std::fmt::Debug;
 
-use glam::{DVec3, Vec2, Vec3A};
+use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-use crate::math::{Aabb, Cone, Frame, type_word};
+use crate::math::{Aabb, Cone, type_word};
 use crate::ray::{Hit, Ray, RayEnd};
 
 pub mod cylinder;
@@ -160,7 +160,7 @@ pub struct SurfacePoint {
 pub struct NearEdge {
     /// What keeps the start off the edge, so that rounding does not put it beyond: about a rounding along the
     /// surface, in scene units.
-    pub shift: Vec3A,
+    pub shift: Vec3,
     /// How far from the surface the ray starts, along the normal, in roundings of the point.
     pub lift: f32,
     /// How far the ray starts before the surface, in scene units.
@@ -171,7 +171,7 @@ impl NearEdge {
     /// For a primitive of this size. `shifted` moves a position away from edges by a distance.
     fn new(position: DVec3, size: f64, shifted: impl Fn(f64) -> DVec3) -> Self {
         let rounding = rounding_of(position);
-        let shift = |roundings: f64| (shifted(roundings * rounding) - position).as_vec3a();
+        let shift = |roundings: f64| (shifted(roundings * rounding) - position).as_vec3();
         if rounding < COARSE * size {
             let back = (STEP_BACK * rounding).min(size) as f32;
             // Rounded once, from f64: a little more than one is enough.
@@ -184,12 +184,6 @@ impl NearEdge {
 }
 
 impl SurfacePoint {
-    /// A local frame around the shading normal.
-    #[must_use]
-    pub fn frame(&self) -> Frame {
-        Frame::from_normal(self.shading_normal)
-    }
-
     /// The point as the end of a ray that leaves towards `direction` (unit, world).
     #[must_use]
     #[inline(always)]

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use telamon::load::{LoadOptions, load_text};
 
-/// A cube under a map, seen by a camera: what is wrong, and what the loader warns of, with the help.
+/// A lit cube under a map, seen by a camera: what is wrong, and what the loader warns of, with the help.
 fn said(cube: &str, camera: &str) -> Result<Vec<String>, String> {
     let text = format!(
         "<scene version='3.0.0'>\n<shape type='cube'>{cube}</shape>\n<sensor type='perspective'>{camera}\
-         </sensor></scene>"
+         </sensor><emitter type='constant'/></scene>"
     );
     let loaded = load_text(&text, Path::new("scene.xml"), &LoadOptions::default());
     let loaded = loaded.map_err(|error| error.to_string())?;

@@ -8,6 +8,7 @@ mod support;
 
 mod camera_film;
 mod closed;
+mod densities;
 mod directions;
 mod enclosed;
 mod furnaces;

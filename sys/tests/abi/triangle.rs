@@ -10,7 +10,11 @@ fn one_triangle_is_hit_and_missed() {
 
     let RTCRayHit { ray, hit } = scene.intersect1(ray_at(0.25, 0.5));
     assert_eq!((hit.geomID, hit.primID, hit.instID[0]), (0, 0, RTC_INVALID_GEOMETRY_ID));
-    assert_eq!((ray.tfar, hit.u, hit.v), (2.0, 0.25, 0.5));
+    // Embree divides by a refined reciprocal, whose last bits differ between processors: its own tests allow 16 roundings.
+    for (found, expected) in [(ray.tfar, 2.0), (hit.u, 0.25), (hit.v, 0.5)] {
+        let roundings = 16.0 * 0.5 * f32::EPSILON;
+        assert!((found / expected - 1.0f32).abs() <= roundings, "{found}, not {expected}");
+    }
     assert_eq!((hit.Ng_x, hit.Ng_y, hit.Ng_z.abs()), (0.0, 0.0, 1.0));
     assert!(scene.occluded1(ray_at(0.25, 0.5)));
 
