@@ -145,6 +145,12 @@ impl Plane {
     }
 }
 
+/// The next distance after this one, which is 0 or more.
+pub(super) fn after(t: f32) -> f32 {
+    // The sum turns -0 into 0.
+    f32::from_bits((t + 0.0).to_bits() + 1)
+}
+
 /// The first hit of an analytic primitive that is not made up.
 pub(super) fn intersect_analytic(
     ray: &Ray,
@@ -157,7 +163,7 @@ pub(super) fn intersect_analytic(
         if !doubt.covers(hit.0) || meets_analytic(ray, analytic, hit.0) {
             return Some(hit);
         }
-        rest.t_min = hit.0.next_up();
+        rest.t_min = after(hit.0);
     }
 }
 

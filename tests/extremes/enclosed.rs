@@ -67,14 +67,17 @@ fn tube(center: DVec3, size: f64) -> Vec<Arc<dyn Shape>> {
     ]
 }
 
+/// What it is called, its walls, and a place inside.
+type Room = (String, Vec<Arc<dyn Shape>>, DVec3);
+
 /// Rooms and places inside; the last is a ball of two sheets that are eight spacings of f32 apart.
 ///
 /// A path's vertex may start beyond a wall that passes between it and what it is rounded to, where that wall is neither
 /// of its own mesh's edge nor met at an angle: at the origin about once in 10⁹ vertices of a star, at a hundred
 /// sizes from it a hundred times as often. The walls of a tube cross each other and have no common edge, so that one is
 /// at the origin only.
-fn rooms() -> Vec<(String, Vec<Arc<dyn Shape>>, DVec3)> {
-    let mut rooms: Vec<(String, Vec<Arc<dyn Shape>>, DVec3)> = Vec::new();
+fn rooms() -> Vec<Room> {
+    let mut rooms: Vec<Room> = Vec::new();
     let far = DVec3::new(100.0, -70.0, 30.0);
     for (seed, (center, size)) in
         (401..).zip([(DVec3::ZERO, 1.0), (DVec3::ZERO, 1e-8), (DVec3::ZERO, 1e8), (far, 1.0)])

@@ -8,7 +8,7 @@ use glam::Vec4;
 
 use super::Embree;
 use super::asked::Asked;
-use crate::intersect::spurious::Doubt;
+use crate::intersect::spurious::{Doubt, after};
 use crate::intersect::{Intersector, for_each_ray};
 use crate::ray::{Hit, Ray};
 use crate::shape::Geometry;
@@ -26,7 +26,7 @@ impl Intersector for Embree {
             if asked.counts(0, hit.t, hit.shape, hit.primitive) {
                 return Some(hit);
             }
-            t_min = hit.t.next_up();
+            t_min = after(hit.t);
         }
     }
 

@@ -51,7 +51,13 @@ impl Scene {
         let valid = Mask(*valid);
         // SAFETY: as in `intersect1`; `Mask` aligns the eight lanes as the manual demands.
         unsafe {
-            telamon_intersect8(valid.0.as_ptr(), self.scene, &raw mut rayhit, coherent, ptr::null())
+            telamon_intersect8(
+                valid.0.as_ptr(),
+                self.scene,
+                &raw mut rayhit,
+                coherent,
+                ptr::null(),
+            );
         };
         rayhit
     }
@@ -65,7 +71,7 @@ impl Scene {
         let valid = Mask(*valid);
         // SAFETY: as in `intersect8`.
         unsafe {
-            telamon_occluded8(valid.0.as_ptr(), self.scene, &raw mut ray, coherent, ptr::null())
+            telamon_occluded8(valid.0.as_ptr(), self.scene, &raw mut ray, coherent, ptr::null());
         };
         ray.tfar.map(|t| t == f32::NEG_INFINITY)
     }
