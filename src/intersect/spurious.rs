@@ -11,8 +11,9 @@
 //! 1. A ray never meets what lies on or behind the plane that it leaves. This settles the primitive itself, coplanar
 //!    neighbours and those beyond a convex edge, without any distance that could cancel.
 //! 2. Else it meets what is before the exact point. If that is not clear from the distance, the side of the other plane
-//!    decides on which the exact point is, if it is on one of them to the rounding of f64. Points of a mesh are kept off the edges of their triangle by more than that (`Triangle::meet`), so in
-//!    the corner of a room each is before the other wall.
+//!    decides on which the exact point is, if it is on one of them to the rounding of f64. Points of a mesh are kept off
+//!    the edges of their triangle by more than that (`Triangle::meet`), so in the corner of a room each is before the
+//!    other wall.
 //!
 //! The exact point is that of the path, to 2⁻⁴⁸ of its coordinates; f32 rounds to 2⁻²⁴.
 
@@ -34,8 +35,8 @@ const U: f32 = 0.5 * f32::EPSILON;
 impl Doubt {
     /// For an engine over shapes whose coordinates are `reach` at most.
     ///
-    /// Let R = 2 `reach`, which no vertex is farther from a start among them than, by axis. The start and the engine's place of a plane are off by
-    /// less than 32 u R (u = 2⁻²⁴; 8 u R for Embree's robust test, 6 u R for the lift and the roundings of the start), so
+    /// Let R = 2 `reach`: along an axis no vertex is farther from a start among them. The start and the engine's place of a
+    /// plane are off by less than 32 u R (u = 2⁻²⁴; 8 u R for Embree's robust test, 6 u R for the lift and the roundings of the start), so
     /// a plane is met falsely at t ≤ 32 u R / cos, where cos is that of the ray with the plane's normal. For
     /// primitives in the plane that is left cos is known; others are in doubt up to 2¹¹ u R, which covers those that the
     /// ray meets at a cosine of more than 2⁻⁶, and starts that are kept from an edge.

@@ -53,15 +53,9 @@ impl Triangle {
 
     /// Where `ray` meets the triangle: solved anew from the exact start of the ray, because weights in f32 place a
     /// point by as much as the triangle is large. `found` are the weights that an engine has.
-    ///
-    /// With s from the corner to the ray's start and r = s × d, the weights are e₂·r and -e₁·r over -(e₁ × e₂)·d (Möller
-    /// and Trumbore 1997, equation 6, with the factors of the triple products turned).
     #[inline(always)]
     pub(super) fn meet(&self, ray: &Ray, found: [f32; 2]) -> TrianglePoint {
-        let direction = ray.direction.as_dvec3();
-        let r = (ray.exact_origin() - self.corner).cross(direction);
-        let inverse = -1.0 / self.cross.dot(direction);
-        let (u, v) = (self.edge_2.dot(r) * inverse, -self.edge_1.dot(r) * inverse);
+        let [u, v] = self.solve(ray);
         let position = self.position(u, v);
         // A weight times twice the area is the distance from an edge times its length. NaN is not clear of edges.
         let least = u.min(v).min(1.0 - u - v) as f32;
@@ -78,17 +72,26 @@ impl Triangle {
         }
     }
 
-    /// Where `ray` meets the triangle, if it truly does.
-    pub(super) fn meet_inside(&self, ray: &Ray) -> Option<TrianglePoint> {
+    /// The weights at which the line of `ray`, from its exact start, meets the triangle's plane.
+    ///
+    /// With s from the corner to the ray's start and r = s × d, the weights are e₂·r and -e₁·r over -(e₁ × e₂)·d (Möller
+    /// and Trumbore 1997, equation 6, with the factors of the triple products turned).
+    #[inline(always)]
+    fn solve(&self, ray: &Ray) -> [f64; 2] {
         let direction = ray.direction.as_dvec3();
         let r = (ray.exact_origin() - self.corner).cross(direction);
         let inverse = -1.0 / self.cross.dot(direction);
-        let (u, v) = (self.edge_2.dot(r) * inverse, -self.edge_1.dot(r) * inverse);
+        [self.edge_2.dot(r) * inverse, -self.edge_1.dot(r) * inverse]
+    }
+
+    /// Where `ray` meets the triangle, if it truly does.
+    pub(super) fn meet_inside(&self, ray: &Ray) -> Option<TrianglePoint> {
+        let [u, v] = self.solve(ray);
         let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
         inside.then(|| self.meet(ray, [u as f32, v as f32]))
     }
 
-    /// The same for solved weights that are close to an edge or, by the rounding of an engine, beyond: moved off the edge,
+    /// As [`Triangle::meet`], for weights close to an edge or, by the rounding of an engine, beyond: moved off the edge,
     /// to the triangle's side, by a few roundings of f64, so that it is decided on which side of others that share
     /// the edge the point is. Where the solved weights are not those that were found by more than rounding explains, as
     /// for a ray in the triangle's plane, those are taken.
