@@ -154,13 +154,11 @@ impl Ray {
     ///
     /// Every comparison is written so that NaN fails it.
     #[must_use]
+    #[inline(always)]
     pub fn is_traceable(&self) -> bool {
-        let limit = Vec3A::splat(Self::LARGEST_COORDINATE);
-        let small = |v: Vec3A| v.abs().cmplt(limit);
-        (small(self.origin) & small(self.direction)).all()
-            && self.t_min >= 0.0
-            && !self.t_max.is_nan()
-            && (0.0..=1.0).contains(&self.time)
+        let largest = Vec3A::splat(Self::LARGEST_COORDINATE);
+        let small = self.origin.abs().cmplt(largest) & self.direction.abs().cmplt(largest);
+        small.all() && self.t_min >= 0.0 && !self.t_max.is_nan() && (0.0..=1.0).contains(&self.time)
     }
 }
 

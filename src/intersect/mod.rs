@@ -36,15 +36,14 @@ pub trait Intersector: Debug + Send + Sync {
     /// Whether anything lies within the ray's segment.
     fn occluded(&self, ray: &Ray) -> bool;
 
-    /// [`Intersector::closest_hit`] of each ray, written to the same place of `hits`. Meant for rays that run
-    /// alike, which an engine may find sooner together. Of surfaces that coincide it may find another.
+    /// [`Intersector::closest_hit`] of each ray, written to the same place of `hits`, which an engine may find sooner
+    /// together. Of surfaces that coincide it may find another, which may depend on the other rays.
     ///
     /// # Panics
     /// If the lengths differ.
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
 
-    /// [`Intersector::occluded`] of each ray, written to the same place of `occluded`. Meant for rays that
-    /// run alike.
+    /// [`Intersector::occluded`] of each ray, written to the same place of `occluded`.
     ///
     /// # Panics
     /// If the lengths differ.

@@ -13,8 +13,6 @@ use crate::shape::Geometry;
 pub(super) struct Asked<'a> {
     pub(super) engine: &'a Embree,
     pub(super) rays: &'a [Ray],
-    /// Of each ray.
-    pub(super) doubts: &'a [Doubt],
 }
 
 impl Asked<'_> {
@@ -32,10 +30,16 @@ impl Asked<'_> {
         unsafe { &*user.cast::<Self>() }
     }
 
+    /// Where a ray's hits may be made up.
+    #[inline(always)]
+    pub(super) fn doubt(&self, ray: usize) -> Doubt {
+        Doubt::new(&self.rays[ray], self.engine.reach)
+    }
+
     /// Whether a ray truly has a hit. Shapes with a test of their own have decided that before.
     #[inline(always)]
     pub(super) fn counts(&self, ray: usize, t: f32, shape: u32, primitive: u32) -> bool {
-        !self.doubts[ray].covers(t) || self.is_met(&self.rays[ray], t, shape, primitive)
+        !self.doubt(ray).covers(t) || self.is_met(&self.rays[ray], t, shape, primitive)
     }
 
     #[cold]

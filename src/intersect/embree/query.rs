@@ -4,11 +4,11 @@ use std::mem::offset_of;
 use std::slice;
 
 use embree_sys::*;
-use glam::Vec4;
+use glam::{Mat4, Vec4};
 
 use super::Embree;
 use super::asked::Asked;
-use crate::intersect::spurious::{Doubt, after};
+use crate::intersect::spurious::after;
 use crate::intersect::{Intersector, for_each_ray};
 use crate::ray::{Hit, Ray};
 use crate::shape::Geometry;
@@ -18,8 +18,7 @@ impl Intersector for Embree {
         if !ray.is_traceable() {
             return None;
         }
-        let doubts = [Doubt::new(ray, self.reach)];
-        let asked = Asked { engine: self, rays: slice::from_ref(ray), doubts: &doubts };
+        let asked = Asked { engine: self, rays: slice::from_ref(ray) };
         let mut t_min = ray.t_min;
         loop {
             let hit = self.nearest(&asked, ray, t_min)?;
@@ -34,8 +33,7 @@ impl Intersector for Embree {
         if !ray.is_traceable() {
             return false;
         }
-        let doubts = [Doubt::new(ray, self.reach)];
-        let asked = Asked { engine: self, rays: slice::from_ref(ray), doubts: &doubts };
+        let asked = Asked { engine: self, rays: slice::from_ref(ray) };
         let query = asked.query();
         let mut ray = EmbreeRay::new(ray, ray.t_min);
         // SAFETY: as in `nearest`.
@@ -49,10 +47,10 @@ impl Intersector for Embree {
         if !self.modes.packets {
             return for_each_ray(rays, hits, |ray| self.closest_hit(ray));
         }
-        let packets = rays.chunks_exact(LANES).zip(hits.chunks_exact_mut(LANES));
-        for (rays, hits) in packets {
-            let doubts: [Doubt; LANES] = std::array::from_fn(|i| Doubt::new(&rays[i], self.reach));
-            let asked = Asked { engine: self, rays, doubts: &doubts };
+        let (packets, rest) = rays.as_chunks::<LANES>();
+        let (slots, rest_of_slots) = hits.as_chunks_mut::<LANES>();
+        for (rays, hits) in packets.iter().zip(slots) {
+            let asked = Asked { engine: self, rays };
             let shim_query = asked.query();
             let (ray, valid) = packet(rays);
             let hit = RTCHit8 {
@@ -66,20 +64,23 @@ impl Intersector for Embree {
             // SAFETY: as in `nearest`; `Lanes` aligns the mask as the manual demands, and rays that
             // did not pass the validation are masked out.
             unsafe {
-                telamon_intersect8(mask, self.scene, &raw mut query, true, &raw const shim_query);
+                let hint = run_alike(rays);
+                telamon_intersect8(mask, self.scene, &raw mut query, hint, &raw const shim_query);
             }
             let RTCRayHit8 { ray: end, hit } = query;
             for (lane, (ray, slot)) in rays.iter().zip(hits).enumerate() {
                 let numbers = [end.tfar[lane], hit.u[lane], hit.v[lane]];
                 let ids = [hit.geomID[lane], hit.primID[lane], hit.instID[0][lane]];
                 *slot = self.found(ray, ids, numbers);
-                if slot.is_some_and(|hit| !asked.counts(lane, hit.t, hit.shape, hit.primitive)) {
+                let is_sure = |hit: Hit| {
+                    asked.counts(lane, hit.t, hit.shape, hit.primitive) && !self.may_tie(&hit)
+                };
+                if !slot.is_none_or(is_sure) {
                     *slot = self.closest_hit(ray);
                 }
             }
         }
-        let rest = rays.len() / LANES * LANES;
-        for_each_ray(&rays[rest..], &mut hits[rest..], |ray| self.closest_hit(ray));
+        for_each_ray(rest, rest_of_slots, |ray| self.closest_hit(ray));
     }
 
     /// In packets of eight, unless the modes say otherwise.
@@ -88,23 +89,22 @@ impl Intersector for Embree {
         if !self.modes.packets {
             return for_each_ray(rays, occluded, |ray| self.occluded(ray));
         }
-        let packets = rays.chunks_exact(LANES).zip(occluded.chunks_exact_mut(LANES));
-        for (rays, occluded) in packets {
-            let doubts: [Doubt; LANES] = std::array::from_fn(|i| Doubt::new(&rays[i], self.reach));
-            let asked = Asked { engine: self, rays, doubts: &doubts };
+        let (packets, rest) = rays.as_chunks::<LANES>();
+        let (slots, rest_of_slots) = occluded.as_chunks_mut::<LANES>();
+        for (rays, occluded) in packets.iter().zip(slots) {
+            let asked = Asked { engine: self, rays };
             let shim_query = asked.query();
             let (mut query, valid) = packet(rays);
             let mask = valid.0.as_ptr();
             // SAFETY: as in `closest_hits`.
             unsafe {
-                telamon_occluded8(mask, self.scene, &raw mut query, true, &raw const shim_query);
+                telamon_occluded8(mask, self.scene, &raw mut query, false, &raw const shim_query);
             }
             for (t, slot) in query.tfar.iter().zip(occluded) {
                 *slot = *t == f32::NEG_INFINITY;
             }
         }
-        let rest = rays.len() / LANES * LANES;
-        for_each_ray(&rays[rest..], &mut occluded[rest..], |ray| self.occluded(ray));
+        for_each_ray(rest, rest_of_slots, |ray| self.occluded(ray));
     }
 
     fn bytes(&self) -> usize {
@@ -135,6 +135,19 @@ impl Embree {
         unsafe { telamon_intersect1(self.scene, ray_hit, &raw const shim_query) };
         let Query { ray: end, hit } = query;
         self.found(ray, [hit.geomID, hit.primID, hit.instID[0]], [end.t_max, hit.u, hit.v])
+    }
+
+    /// Whether a hit lies on an edge of its triangle. There the neighbour is met at the same distance, and which of both
+    /// a packet finds first depends on its other rays.
+    #[inline(always)]
+    fn may_tie(&self, hit: &Hit) -> bool {
+        let least = hit.u.min(hit.v).min(1.0 - hit.u - hit.v);
+        least <= f32::EPSILON && self.is_of_triangles(hit.shape)
+    }
+
+    #[cold]
+    fn is_of_triangles(&self, shape: u32) -> bool {
+        matches!(self.shapes[shape as usize].geometry(), Geometry::Triangles { .. })
     }
 
     /// What a query found. Embree's own instances are not used: their place in a hit holds the member of ours,
@@ -241,18 +254,44 @@ const LANES: usize = 8;
 #[repr(align(32))]
 struct Lanes([i32; LANES]);
 
+/// Whether rays are likely to meet the same nodes: those from the camera, which leave no surface.
+fn run_alike(rays: &[Ray]) -> bool {
+    rays.iter().all(|ray| ray.start.is_none())
+}
+
 /// Eight rays, and which of them may be traced.
-fn packet(rays: &[Ray]) -> (RTCRay8, Lanes) {
-    let mut packet = RTCRay8 { mask: [u32::MAX; LANES], ..Default::default() };
-    let mut valid = Lanes([0; LANES]);
-    for (lane, ray) in rays.iter().enumerate() {
-        [packet.org_x[lane], packet.org_y[lane], packet.org_z[lane]] = ray.origin.to_array();
-        [packet.dir_x[lane], packet.dir_y[lane], packet.dir_z[lane]] = ray.direction.to_array();
-        packet.tnear[lane] = ray.t_min;
-        packet.tfar[lane] = end(ray);
-        packet.time[lane] = ray.time;
-        packet.id[lane] = lane as u32;
-        valid.0[lane] = -i32::from(ray.is_traceable());
-    }
-    (packet, valid)
+#[inline(always)]
+fn packet(rays: &[Ray; LANES]) -> (RTCRay8, Lanes) {
+    let [org_x, org_y, org_z, tnear] = transposed(|i| rays[i].origin.extend(rays[i].t_min));
+    let [dir_x, dir_y, dir_z, time] = transposed(|i| rays[i].direction.extend(rays[i].time));
+    let packet = RTCRay8 {
+        org_x,
+        org_y,
+        org_z,
+        tnear,
+        dir_x,
+        dir_y,
+        dir_z,
+        time,
+        tfar: rays.each_ref().map(end),
+        mask: [u32::MAX; LANES],
+        id: [0, 1, 2, 3, 4, 5, 6, 7],
+        flags: [0; LANES],
+    };
+    (packet, Lanes(rays.each_ref().map(|ray| -i32::from(ray.is_traceable()))))
+}
+
+/// The components of eight vectors: of each component all eight.
+#[inline(always)]
+fn transposed(vector: impl Fn(usize) -> Vec4) -> [[f32; LANES]; 4] {
+    let four = |i: usize| {
+        Mat4::from_cols(vector(i), vector(i + 1), vector(i + 2), vector(i + 3)).transpose()
+    };
+    let [low, high] = [four(0), four(4)];
+    [0, 1, 2, 3].map(|component| {
+        let mut all = [0.0; LANES];
+        low.col(component).write_to_slice(&mut all[..4]);
+        high.col(component).write_to_slice(&mut all[4..]);
+        all
+    })
 }
