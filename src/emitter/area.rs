@@ -74,7 +74,11 @@ impl Area {
             return radiance;
         }
         let distance = (sample.point.position - from).length() as f32;
-        self.radiance_at(from, sample.direction, &hit_at(primitive, distance, sample.parameters))
+        self.radiance_at(
+            from,
+            sample.direction,
+            &hit_at(primitive, distance, sample.point.parameters),
+        )
     }
 
     /// Whether it is chosen by primitives: they lie apart or face apart. A square's two triangles do not.

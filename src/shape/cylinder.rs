@@ -82,6 +82,7 @@ impl Cylinder {
         let normal = (outward * self.side).as_vec3a();
         SurfacePoint {
             position,
+            parameters: Vec2::ZERO,
             geometric_normal: normal,
             shading_normal: normal,
             near_edge: None,
@@ -176,7 +177,8 @@ impl Shape for Cylinder {
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let p = self.local(ray, hit);
-        let surface = self.surface_at(p.truncate(), p.z);
+        let parameters = Vec2::new(hit.u, hit.v);
+        let surface = SurfacePoint { parameters, ..self.surface_at(p.truncate(), p.z) };
         // Off the ends, as triangles' points are off their edges.
         let rounding = rounding_of(surface.position);
         if p.z.min(self.length - p.z) > NEAR_EDGE * rounding {
@@ -190,7 +192,7 @@ impl Shape for Cylinder {
         let surface = inner(OFF_EDGE * size);
         let shifted = |distance: f64| inner(distance).position;
         let near_edge = NearEdge::new(surface.position, self.length.min(self.radius), shifted);
-        SurfacePoint { near_edge: Some(near_edge), ..surface }
+        SurfacePoint { parameters, near_edge: Some(near_edge), ..surface }
     }
 
     /// u is the angle in turns, v the height as a fraction of the length.
@@ -222,7 +224,8 @@ impl Shape for Cylinder {
         let outward = point.geometric_normal * self.side as f32;
         let leaves = outward.dot((point.position - from).as_vec3a()) > 0.0;
         let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
-        area_sample_toward(self.primitive_area(primitive), from, point, parameters)
+        let point = SurfacePoint { parameters, ..point };
+        area_sample_toward(self.primitive_area(primitive), from, point)
     }
 
     fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {

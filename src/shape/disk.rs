@@ -57,6 +57,7 @@ impl Disk {
             (m.x_axis.as_dvec3(), m.y_axis.as_dvec3(), self.to_world.translation.as_dvec3());
         SurfacePoint {
             position: center + (x * p.x + y * p.y),
+            parameters: p.as_vec2(),
             geometric_normal: self.normal,
             shading_normal: self.normal,
             near_edge: None,
@@ -205,7 +206,7 @@ impl Shape for Disk {
 
     fn sample_primitive(&self, _primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let p = warp::square_to_uniform_disk(u);
-        area_sample_toward(self.area, from, self.surface_at(p.as_dvec2()), p)
+        area_sample_toward(self.area, from, self.surface_at(p.as_dvec2()))
     }
 
     fn primitive_pdf(&self, _primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {

@@ -213,6 +213,7 @@ impl Instance {
         let normal = |n: Vec3A| (maps.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
         SurfacePoint {
             position: maps.to_world.transform_point3(point.position),
+            parameters: point.parameters,
             geometric_normal: normal(point.geometric_normal),
             shading_normal: normal(point.shading_normal),
             near_edge: point

@@ -212,7 +212,8 @@ impl Shape for TriangleMesh {
         let point = triangle.meet(ray, [hit.u, hit.v]);
         if point.is_beyond {
             if let Some(surface) = self.surface_of_neighbour(ray, primitive) {
-                return surface;
+                // The hit still names this triangle.
+                return SurfacePoint { parameters: Vec2::new(hit.u, hit.v), ..surface };
             }
         }
         self.surface_at(primitive, &triangle, point)
@@ -257,7 +258,7 @@ impl Shape for TriangleMesh {
         let triangle = self.triangle(primitive);
         let point = triangle.point(warp::square_to_uniform_triangle(u).to_array());
         let surface = self.surface_at(primitive, &triangle, point);
-        area_sample_toward(triangle.area, from, surface, point.weights.into())
+        area_sample_toward(triangle.area, from, surface)
     }
 
     fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {

@@ -145,6 +145,9 @@ pub trait Shape: Debug + Send + Sync {
 pub struct SurfacePoint {
     /// World position, exact to a few roundings of f64: where the ray met the primitive, and never moved along it.
     pub position: DVec3,
+    /// The surface parameters there, as in [`Hit::u`] and [`Hit::v`] but of the position itself: a triangle's do not
+    /// depend on the engine that found it.
+    pub parameters: Vec2,
     /// Unit normal of the geometry. It lies on the side of the shading normal.
     pub geometric_normal: Vec3A,
     /// Unit normal for shading: interpolated where the shape has vertex normals.
@@ -259,8 +262,6 @@ fn rounding_of(position: DVec3) -> f64 {
 pub struct ShapeSample {
     /// The chosen point.
     pub point: SurfacePoint,
-    /// Its surface parameters, as in [`Hit::u`] and [`Hit::v`].
-    pub parameters: Vec2,
     /// Unit direction towards it.
     pub direction: Vec3A,
     /// Density per solid angle, in sr⁻¹. In f64, since for a tiny and distant primitive it or its
@@ -287,7 +288,6 @@ pub(crate) fn area_sample_toward(
     area: f64,
     from: DVec3,
     point: SurfacePoint,
-    parameters: Vec2,
 ) -> Option<ShapeSample> {
     let exact = point.position - from;
     let to = exact.as_vec3a();
@@ -298,7 +298,7 @@ pub(crate) fn area_sample_toward(
         let cosine = direction.dot(point.geometric_normal).abs();
         let pdf = distance_squared / (cosine * area_f32);
         if pdf.is_finite() {
-            return Some(ShapeSample { point, parameters, direction, pdf: pdf.into() });
+            return Some(ShapeSample { point, direction, pdf: pdf.into() });
         }
     }
     let distance_squared = exact.length_squared();
@@ -307,7 +307,6 @@ pub(crate) fn area_sample_toward(
         direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
     (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {
         point,
-        parameters,
         direction: direction.as_vec3a(),
         pdf: 1.0 / solid_angle,
     })

@@ -37,6 +37,7 @@ impl Sphere {
         let normal = outward.as_vec3a() * self.side;
         SurfacePoint {
             position,
+            parameters: Vec2::ZERO,
             geometric_normal: normal,
             shading_normal: normal,
             near_edge: None,
@@ -124,7 +125,8 @@ impl Shape for Sphere {
         let (origin, direction) = (ray.exact_origin(), ray.direction.as_dvec3());
         let [near, far] = self.roots_from(origin, direction).unwrap_or([f64::from(hit.t); 2]);
         let t = if hit.u < 0.5 { near } else { far };
-        self.surface_at(origin + direction * t - self.center.as_dvec3())
+        let outward = origin + direction * t - self.center.as_dvec3();
+        SurfacePoint { parameters: Vec2::new(hit.u, hit.v), ..self.surface_at(outward) }
     }
 
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
@@ -162,7 +164,8 @@ impl Shape for Sphere {
             let along = (point.position - from).as_vec3a();
             let leaves = point.geometric_normal.dot(along) * self.side > 0.0;
             let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
-            return area_sample_toward(self.primitive_area(primitive), from, point, parameters);
+            let point = SurfacePoint { parameters, ..point };
+            return area_sample_toward(self.primitive_area(primitive), from, point);
         };
         let frame = Frame::from_normal(cone.axis);
         let local = warp::square_to_uniform_cone(u, cone.one_minus_cos as f32);
@@ -182,7 +185,7 @@ impl Shape for Sphere {
         );
         let outward = frame.to_world(from_center.normalize().as_vec3a());
         let point = self.surface_at(outward.as_dvec3());
-        Some(ShapeSample { point, parameters: Vec2::ZERO, direction, pdf: cone.pdf() })
+        Some(ShapeSample { point, direction, pdf: cone.pdf() })
     }
 
     fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {

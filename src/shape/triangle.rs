@@ -164,7 +164,15 @@ impl Triangle {
                 }
             }
         }
-        SurfacePoint { position, geometric_normal, shading_normal, near_edge, time: 0.0 }
+        let parameters = Vec2::new(u, v);
+        SurfacePoint {
+            position,
+            parameters,
+            geometric_normal,
+            shading_normal,
+            near_edge,
+            time: 0.0,
+        }
     }
 }
 
