@@ -54,6 +54,17 @@ impl RayEnd {
         Self { point, normal: normal.into(), side }
     }
 
+    /// Unit normal of the surface, on the side of the ray.
+    #[must_use]
+    #[inline(always)]
+    pub fn facing_normal(&self) -> Vec3A {
+        let normal = Vec3A::from(self.normal);
+        match self.side {
+            Side::Front => normal,
+            Side::Back => -normal,
+        }
+    }
+
     /// How far from the surface the ray starts in f32, along the normal, in scene units: what keeps the rounded start on
     /// its side of the surface.
     ///

@@ -23,6 +23,15 @@ pub use branching::Branching;
 pub use path::Path;
 pub use tracer::{RayCounts, Tracer, Vertex};
 
+/// The beginning of a path.
+#[derive(Debug)]
+pub struct Sample<'s> {
+    /// From the camera.
+    pub ray: Ray,
+    /// The numbers of the rest of the path.
+    pub sampler: PathSampler<'s>,
+}
+
 /// Estimates the radiance along a ray.
 pub trait Integrator: Debug + Send + Sync {
     /// One unbiased estimate f(x)/p(x) of the radiance that arrives at the origin of `ray` from its
@@ -33,6 +42,18 @@ pub trait Integrator: Debug + Send + Sync {
         ray: &Ray,
         sampler: &mut PathSampler<'_>,
     ) -> Estimate;
+
+    /// [`Integrator::estimate`] of each of the samples, handed to `done` in their order, with the tracer.
+    fn estimates<'a, 's>(
+        &self,
+        tracer: &mut Tracer<'a>,
+        samples: &mut dyn Iterator<Item = Sample<'s>>,
+        done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
+    ) {
+        for Sample { ray, mut sampler } in samples {
+            done(self.estimate(tracer, &ray, &mut sampler), tracer);
+        }
+    }
 }
 
 /// One estimate.

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3A};
 
 use super::Estimate;
 use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
-use crate::emitter::{Emitter, EmitterSample, Receiver, Sight};
+use crate::emitter::{Emitter, Receiver, Sight};
 use crate::intersect::Intersector;
 use crate::math::{Frame, Rgb};
 use crate::ray::{Hit, Ray};
@@ -129,11 +129,35 @@ impl<'a> Tracer<'a> {
             self.counts.untraceable += u64::from(!ray.is_traceable());
             return None;
         };
+        Some(self.vertex(ray, hit))
+    }
+
+    /// What an engine found for `ray`, as a vertex.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
+    pub(super) fn vertex(&self, ray: &Ray, mut hit: Hit) -> Vertex<'a> {
         let object = &self.scene.objects()[hit.shape as usize];
         let mut surface = object.shape.surface(ray, &hit);
         surface.time = ray.time;
+        [hit.u, hit.v] = surface.parameters.to_array();
         let bsdf = self.scene.bsdfs()[object.bsdf_of(hit.member)].as_ref();
-        Some(Vertex { object, hit, surface, bsdf })
+        Vertex { object, hit, surface, bsdf }
+    }
+
+    /// [`Intersector::closest_hit`] of each ray.
+    pub(super) fn closest_hits(&mut self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.counts.closest += rays.len() as u64;
+        self.engine.closest_hits(rays, hits);
+        let missed = rays.iter().zip(hits).filter(|(_, hit)| hit.is_none());
+        self.counts.untraceable += missed.filter(|(ray, _)| !ray.is_traceable()).count() as u64;
+    }
+
+    /// [`Tracer::occluded`] of each ray.
+    pub(super) fn occluded_many(&mut self, rays: &[Ray], occluded: &mut [bool]) {
+        self.counts.occlusion += rays.len() as u64;
+        self.engine.occluded_many(rays, occluded);
+        let free = rays.iter().zip(occluded).filter(|(_, occluded)| !**occluded);
+        self.counts.untraceable += free.filter(|(ray, _)| !ray.is_traceable()).count() as u64;
     }
 
     /// The first vertex of a path from the camera, and the estimate that holds what the camera sees
@@ -146,34 +170,37 @@ impl<'a> Tracer<'a> {
     ) -> (Option<Vertex<'a>>, Estimate) {
         loop {
             let vertex = self.closest_vertex(ray);
-            if !hide_emitters {
-                let radiance = self.emitted(ray, vertex.as_ref());
-                let alpha = if vertex.is_some() { 1.0 } else { self.background_alpha() };
-                return (vertex, Estimate { radiance, alpha });
+            match self.seen_by_camera(ray, vertex.as_ref(), hide_emitters) {
+                Ok(estimate) => return (vertex, estimate),
+                Err(behind) => *ray = behind,
             }
-            match vertex {
-                Some(ref v) if v.object.emitter.is_some() => {
-                    *ray = v.surface.spawn(ray.direction).until(ray.t_max - v.hit.t);
-                }
-                Some(_) => return (vertex, Estimate { radiance: Rgb::ZERO, alpha: 1.0 }),
-                None => return (None, Estimate::default()),
+        }
+    }
+
+    /// What the camera sees of `vertex` without any bounce; `Err`: the ray goes on behind it.
+    pub(super) fn seen_by_camera(
+        &self,
+        ray: &Ray,
+        vertex: Option<&Vertex<'a>>,
+        hide_emitters: bool,
+    ) -> Result<Estimate, Ray> {
+        if !hide_emitters {
+            let radiance = self.emitted(ray, vertex);
+            let alpha = if vertex.is_some() { 1.0 } else { self.background_alpha() };
+            return Ok(Estimate { radiance, alpha });
+        }
+        match vertex {
+            Some(v) if v.object.emitter.is_some() => {
+                Err(v.surface.spawn(ray.direction).until(ray.t_max - v.hit.t))
             }
+            Some(_) => Ok(Estimate { radiance: Rgb::ZERO, alpha: 1.0 }),
+            None => Ok(Estimate::default()),
         }
     }
 
     /// 1 if there is an environment to be seen behind all surfaces, else 0.
     pub(super) fn background_alpha(&self) -> f32 {
         f32::from(u8::from(self.scene.environment().is_some()))
-    }
-
-    /// Whether nothing lies between a surface and the light that `sample` chose.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    pub fn light_arrives(&mut self, surface: &SurfacePoint, sample: &EmitterSample) -> bool {
-        let Some(ray) = sample.shadow_ray(surface) else {
-            return true;
-        };
-        !self.occluded(&ray)
     }
 
     /// Whether anything lies within the ray's segment.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::film::picture::Picture;
 use crate::film::{Content, Film, FilterSampler, Tile};
-use crate::integrator::{self, Aov, Integrator, RayCounts, Tracer};
+use crate::integrator::{self, Aov, Estimate, Integrator, RayCounts, Sample, Tracer};
 use crate::intersect::Intersector;
 use crate::math::Rgb;
 use crate::ray::Ray;
@@ -253,25 +253,46 @@ impl<'a> Renderer<'a> {
         tracer: &mut Tracer<'_>,
         tally: &mut Tally,
     ) {
-        for (pixel, (x, y)) in tile.pixels().enumerate() {
-            let cell = tile.cell(pixel, half);
-            for sample in tile.count(cell)..end {
-                let id = SampleId { x, y, sample, seed: *seed };
-                let begun = self.begin(sampler.as_ref(), id);
-                if !self.add_sample(tile, cell, id, begun, tracer) {
-                    tally.non_finite += 1;
-                    if tally.examples.len() < EXAMPLES {
-                        tally.examples.push(id);
-                    }
+        let begun: Vec<_> = tile
+            .pixels()
+            .enumerate()
+            .map(|(pixel, (x, y))| (tile.cell(pixel, half), x, y))
+            .map(|(cell, x, y)| (cell, x, y, tile.count(cell)))
+            .collect();
+        let ids = || {
+            begun.iter().flat_map(|&(cell, x, y, first)| {
+                (first..end).map(move |sample| (cell, SampleId { x, y, sample, seed: *seed }))
+            })
+        };
+        let mut next = ids();
+        let mut add = |estimate: Option<Estimate>, tracer: &mut Tracer<'_>| {
+            let (cell, id) = next.next().expect("one estimate for each sample");
+            let finite = estimate.is_none_or(|estimate| self.add_picture(tile, cell, estimate));
+            if !finite {
+                tally.non_finite += 1;
+                if tally.examples.len() < EXAMPLES {
+                    tally.examples.push(id);
                 }
-                tile.count_sample(cell);
-                tally.samples += 1;
             }
-        }
+            if let Some(aov) = &self.aov {
+                let ray = self.begin(sampler.as_ref(), id).ray;
+                self.add_layers(tile, cell, id, aov, &ray, tracer);
+            }
+            tile.count_sample(cell);
+            tally.samples += 1;
+        };
+        let Some(integrator) = &self.picture else {
+            ids().for_each(|_| add(None, tracer));
+            return;
+        };
+        let mut samples = ids().map(|(_, id)| self.begin(sampler.as_ref(), id));
+        integrator.estimates(tracer, &mut samples, &mut |estimate, tracer| {
+            add(Some(estimate), tracer);
+        });
     }
 
     /// The camera ray of a sample, and the numbers of the rest of its path.
-    fn begin<'s>(&self, sampler: &'s dyn Sampler, id: SampleId) -> (Ray, PathSampler<'s>) {
+    fn begin<'s>(&self, sampler: &'s dyn Sampler, id: SampleId) -> Sample<'s> {
         let film = &self.description.film;
         let mut sampler = PathSampler::new(sampler, id.y * film.width + id.x, id.sample);
         let offset = self.filter.sample(sampler.next_2d());
@@ -288,7 +309,7 @@ impl<'a> Renderer<'a> {
         if self.moves {
             ray = self.at_some_time(&ray, &mut sampler);
         }
-        (ray, sampler)
+        Sample { ray, sampler }
     }
 
     /// The same ray at a moment within the shutter.
@@ -300,43 +321,38 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Adds one sample; whether its value was finite.
-    fn add_sample(
+    /// Adds one sample to the picture; whether its value was finite. If not, it counts as black, so that the numbers of
+    /// samples stay alike.
+    fn add_picture(&self, tile: &mut Tile, cell: usize, estimate: Estimate) -> bool {
+        let finite = estimate.radiance.is_finite();
+        let Estimate { radiance, alpha } = if finite { estimate } else { Estimate::default() };
+        tile.add_picture(cell, clamped(radiance, self.description.film.clamp), alpha);
+        finite
+    }
+
+    /// Adds one sample to the layers.
+    fn add_layers(
         &self,
         tile: &mut Tile,
         cell: usize,
         id: SampleId,
-        (ray, mut sampler): (Ray, PathSampler<'_>),
+        aov: &Aov<'_>,
+        ray: &Ray,
         tracer: &mut Tracer<'_>,
-    ) -> bool {
-        let mut finite = true;
-        if let Some(integrator) = &self.picture {
-            let estimate = integrator.estimate(tracer, &ray, &mut sampler);
-            finite = estimate.radiance.is_finite();
-            if finite {
-                let radiance = clamped(estimate.radiance, self.description.film.clamp);
-                tile.add_picture(cell, radiance, estimate.alpha);
-            } else {
-                // It counts as a sample, so that the numbers of samples stay alike.
-                tile.add_picture(cell, Rgb::ZERO, 0.0);
-            }
-        }
-        if let Some(aov) = &self.aov {
-            let (numbers, indices) = tile.layers_mut(cell);
-            let (mut numbers, mut indices) = (numbers.iter_mut(), indices.iter_mut());
-            aov.evaluate(
-                tracer,
-                &ray,
-                |value| *numbers.next().expect("as many as components") += f64::from(value),
-                |value| {
-                    let slot = indices.next().expect("as many as layers");
-                    if id.sample == 0 && id.seed == self.description.sampler.seed {
-                        *slot = value;
-                    }
-                },
-            );
-        }
-        finite
+    ) {
+        let (numbers, indices) = tile.layers_mut(cell);
+        let (mut numbers, mut indices) = (numbers.iter_mut(), indices.iter_mut());
+        aov.evaluate(
+            tracer,
+            ray,
+            |value| *numbers.next().expect("as many as components") += f64::from(value),
+            |value| {
+                let slot = indices.next().expect("as many as layers");
+                if id.sample == 0 && id.seed == self.description.sampler.seed {
+                    *slot = value;
+                }
+            },
+        );
     }
 }
 

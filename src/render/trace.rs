@@ -1,7 +1,7 @@
 //! The path of one sample, edge by edge.
 
 use super::{Renderer, SampleId};
-use crate::integrator::{self, Estimate, Tracer};
+use crate::integrator::{self, Estimate, Sample, Tracer};
 use crate::intersect::recorder::Query;
 use crate::intersect::{Intersector, Recorder};
 use crate::math::Rgb;
@@ -12,7 +12,7 @@ use crate::scene::settings::{IntegratorSettings, PathSettings, SamplerSettings};
 /// A path that was followed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// Its edges from the camera on; all of them as one if the integrator is not the path tracer.
+    /// Its edges from the camera on; all of them as one if the integrator is not the path tracer, or splits paths.
     pub edges: Vec<Edge>,
     /// The sample's value, as [`super::render`] adds it to the picture.
     pub estimate: Estimate,
@@ -42,7 +42,7 @@ pub fn trace(description: &Description, engine: &dyn Intersector, id: SampleId) 
     let numbers = sampler::build(&SamplerSettings { seed: id.seed, ..description.sampler });
     let look = |settings: &IntegratorSettings| {
         let (integrator, _) = integrator::build(settings, &description.scene);
-        let (ray, mut sampler) = renderer.begin(numbers.as_ref(), id);
+        let Sample { ray, mut sampler } = renderer.begin(numbers.as_ref(), id);
         let mut tracer = Tracer::new(&description.scene, &recorder);
         let estimate = integrator?.estimate(&mut tracer, &ray, &mut sampler);
         Some((estimate, recorder.take()))
@@ -65,10 +65,11 @@ pub fn trace(description: &Description, engine: &dyn Intersector, id: SampleId) 
     Some(Trace { edges, estimate })
 }
 
-/// Those of the path tracer, if it makes the picture.
+/// Those of the path tracer, if it makes the picture of paths that do not split: else what is asked up to some depth is
+/// not what is asked first.
 fn path_settings(settings: &IntegratorSettings) -> Option<&PathSettings> {
     match settings {
-        IntegratorSettings::Path(path) => Some(path),
+        IntegratorSettings::Path(path) if path.bsdf_samples == 1 => Some(path),
         IntegratorSettings::Aov { picture, .. } => picture.as_deref().and_then(path_settings),
         _ => None,
     }

@@ -4,7 +4,8 @@ use telamon::intersect::recorder::Answer;
 use telamon::intersect::{self, Backend};
 use telamon::math::Rgb;
 use telamon::render::{SampleId, trace};
-use telamon::scene::settings::Crop;
+use telamon::scene::Description;
+use telamon::scene::settings::{Crop, IntegratorSettings, MisHeuristic, PathSettings, Strategy};
 
 use crate::support::pictures::{in_package, picture, read};
 
@@ -41,4 +42,57 @@ fn samples_are_the_same_by_themselves() {
             assert_eq!((sum / 16.0).as_vec3a(), Rgb::from(pixel), "{backend}: {x}, {y}");
         }
     }
+}
+
+/// What a pool of paths finds is what each path finds by itself, to the last bit: in every pixel, of all kinds of surfaces
+/// and lights, however paths end and split, and also where the pool is not full.
+#[test]
+fn paths_do_not_know_of_each_other() {
+    let variants: [(&str, PathSettings); 6] = [
+        ("furnace", PathSettings::default()),
+        ("materials", PathSettings::default()),
+        ("veach-mis", PathSettings { hide_emitters: true, ..PathSettings::default() }),
+        ("cornell-glass", PathSettings { emitter_samples: 3, ..PathSettings::default() }),
+        (
+            "cornell-glass",
+            PathSettings {
+                bsdf_samples: 2,
+                strategy: Strategy::Mis(MisHeuristic::Balance),
+                ..PathSettings::default()
+            },
+        ),
+        (
+            "cornell-box",
+            PathSettings {
+                strategy: Strategy::Emitter,
+                max_depth: Some(4),
+                ..PathSettings::default()
+            },
+        ),
+    ];
+    for (name, settings) in variants {
+        let scene = in_package(&format!("scenes/{name}.xml"));
+        let mut description = read(&scene, &[("spp", "3"), ("resx", "13"), ("resy", "11")]);
+        description.integrator = IntegratorSettings::Path(settings);
+        for &backend in Backend::AVAILABLE {
+            let together = picture(&description, backend).radiance();
+            assert_eq!(together, one_by_one(&description, backend), "{name} on {backend}");
+        }
+    }
+}
+
+/// The mean of the samples of each pixel, row by row.
+fn one_by_one(description: &Description, backend: Backend) -> Vec<Rgb> {
+    let engine = intersect::build(backend, &description.scene.shapes()).expect("builds");
+    let Crop { width, height, .. } = description.film.crop;
+    let spp = description.sampler.samples_per_pixel;
+    let pixel = |x, y| {
+        let sum: glam::DVec3 = (0..spp)
+            .map(|sample| SampleId { x, y, sample, seed: description.sampler.seed })
+            .filter_map(|id| trace(description, engine.as_ref(), id))
+            .map(|traced| traced.estimate.radiance.as_dvec3())
+            .sum();
+        (sum / f64::from(spp)).as_vec3a()
+    };
+    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
 }
