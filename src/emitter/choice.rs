@@ -134,16 +134,14 @@ impl EmitterChoice {
     ) -> Option<EmitterSample> {
         let Chosen { emitter, part, probability, rest } = self.sample(receiver, u.x)?;
         let (emitter, u) = (&emitters[emitter], DVec2::new(rest, u.y));
-        let sample = match part {
+        let mut sample = match part {
             None => emitter.sample_toward(receiver.position, u),
             Some(part) => emitter.sample_part_toward(part, receiver.position, u),
         }?;
         let probability = probability as f32;
-        Some(EmitterSample {
-            weight: sample.weight / probability,
-            pdf: sample.pdf * probability,
-            ..sample
-        })
+        sample.weight /= probability;
+        sample.pdf *= probability;
+        Some(sample)
     }
 
     /// Density with which [`EmitterChoice::sample_toward`] chooses what is seen of an emitter, in sr⁻¹.

@@ -75,35 +75,6 @@ impl Vertex<'_> {
         let interface = self.bsdf.interface();
         shading_normal::bend(shading_normal, geometric_normal, -ray.direction, interface)
     }
-
-    /// A local frame around `normal`, and the place as far as a material needs it. With tangents x is the
-    /// direction in which the first texture coordinate grows.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    fn frame_and_place(&self, normal: Vec3A, needs: Needs, ray: &Ray) -> (Frame, Place) {
-        match needs {
-            Needs::Nothing => (Frame::from_normal(normal), Place::default()),
-            Needs::TextureCoordinates => {
-                let uv = self.object.shape.uv(ray, &self.hit);
-                (Frame::from_normal(normal), Place { uv, ..Place::default() })
-            }
-            Needs::Tangents => self.frame_and_tangents(normal, ray),
-        }
-    }
-
-    #[inline(never)]
-    fn frame_and_tangents(&self, normal: Vec3A, ray: &Ray) -> (Frame, Place) {
-        let shape = self.object.shape.as_ref();
-        let [dp_du, dp_dv] = shape.tangents(ray, &self.hit);
-        let frame = Frame::from_normal_and_tangent(normal, dp_du);
-        let place = Place {
-            uv: shape.uv(ray, &self.hit),
-            dp_du: frame.to_local(dp_du),
-            dp_dv: frame.to_local(dp_dv),
-            geometric_normal: frame.to_local(self.surface.geometric_normal),
-        };
-        (frame, place)
-    }
 }
 
 impl<'a> Tracer<'a> {
@@ -267,16 +238,37 @@ impl<'a> Shading<'a> {
         let geometric_normal = vertex.surface.geometric_normal;
         let flags = vertex.bsdf.flags();
         let normal = vertex.normal(ray);
-        let (frame, place) = vertex.frame_and_place(normal, flags.needs, ray);
-        Self {
+        let mut shading = Self {
             bsdf: vertex.bsdf,
             flags,
-            place,
-            frame,
+            place: Place::default(),
+            frame: Frame::from_normal(normal),
             geometric_normal,
-            wi: frame.to_local(-ray.direction),
+            wi: Vec3A::ZERO,
             cos_geometric: -ray.direction.dot(geometric_normal),
+        };
+        // Filled in where it is, since copies of it cost more than the rest.
+        if flags.needs != Needs::Nothing {
+            shading.look_up(vertex, ray);
         }
+        shading.wi = shading.frame.to_local(-ray.direction);
+        shading
+    }
+
+    /// The place as far as the material needs it. With tangents x of the frame is the direction in which the
+    /// first texture coordinate grows.
+    #[inline(never)]
+    fn look_up(&mut self, vertex: &Vertex<'a>, ray: &Ray) {
+        let shape = vertex.object.shape.as_ref();
+        self.place.uv = shape.uv(ray, &vertex.hit);
+        if self.flags.needs != Needs::Tangents {
+            return;
+        }
+        let [dp_du, dp_dv] = shape.tangents(ray, &vertex.hit);
+        self.frame = Frame::from_normal_and_tangent(self.frame.n, dp_du);
+        self.place.dp_du = self.frame.to_local(dp_du);
+        self.place.dp_dv = self.frame.to_local(dp_dv);
+        self.place.geometric_normal = self.frame.to_local(self.geometric_normal);
     }
 
     /// See [`Bsdf::albedo`].

@@ -115,39 +115,46 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
     fn turn(&mut self, place: usize) -> Option<Ray> {
         let Self { integrator, tracer, rays, hits, paths, shadows, .. } = self;
         let (ray, path) = (&rays[place], &mut paths[place]);
-        let vertex = hits[place].map(|hit| tracer.vertex(ray, hit));
+        let vertex;
+        let here = match hits[place] {
+            Some(hit) => {
+                vertex = tracer.vertex(ray, hit);
+                Some(&vertex)
+            }
+            None => None,
+        };
         let carried = match &mut path.carried {
             Some(carried) => {
-                integrator.arrive(tracer, ray, vertex.as_ref(), carried, &mut path.estimate);
+                integrator.arrive(tracer, ray, here, carried, &mut path.estimate);
                 carried
             }
             None => {
                 let hide = integrator.settings.hide_emitters;
-                match tracer.seen_by_camera(ray, vertex.as_ref(), hide) {
+                match tracer.seen_by_camera(ray, here, hide) {
                     Ok(estimate) => path.estimate = estimate,
                     Err(behind) => return Some(behind),
                 }
                 path.carried.insert(Carried::BEGUN)
             }
         };
-        let here = vertex?;
+        let here = here?;
         if integrator.is_longest(carried.edges) {
             return None;
         }
-        let shading = Shading::new(&here, ray);
+        let shading = Shading::new(here, ray);
         let samples = integrator.light_samples(&shading);
         if samples > 0 {
             let directions = integrator.directions(carried.edges);
             shadows.begin(place, carried.throughput, samples);
             for _ in 0..samples {
                 let found =
-                    integrator.next_event(tracer, &here, &shading, directions, &mut path.sampler);
+                    integrator.next_event(tracer, here, &shading, directions, &mut path.sampler);
                 if let Some((light, sample)) = found {
                     shadows.add(light, sample.shadow_ray(&here.surface));
                 }
             }
         }
-        let next = integrator.scatter(&here, &shading, carried, &mut path.sampler);
+        let next = integrator.scatter(here, &shading, carried, &mut path.sampler);
         // What is no number spoils the sample, so that it is counted.
         if next.is_none() && carried.throughput.is_nan() {
             path.estimate.radiance = carried.throughput;
@@ -198,7 +205,9 @@ impl Shadows {
             receiver.lit += 1;
         }
         self.lights.push((light, shadow_ray.is_some()));
-        self.rays.extend(shadow_ray);
+        if let Some(ray) = shadow_ray {
+            self.rays.push(ray);
+        }
     }
 
     /// Traces them all and adds to each path what arrives.

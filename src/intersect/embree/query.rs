@@ -264,6 +264,11 @@ fn run_alike(rays: &[Ray]) -> bool {
 fn packet(rays: &[Ray; LANES]) -> (RTCRay8, Lanes) {
     let [org_x, org_y, org_z, tnear] = transposed(|i| rays[i].origin.extend(rays[i].t_min));
     let [dir_x, dir_y, dir_z, time] = transposed(|i| rays[i].direction.extend(rays[i].time));
+    let (mut tfar, mut valid) = ([0.0; LANES], Lanes([0; LANES]));
+    for (lane, ray) in rays.iter().enumerate() {
+        tfar[lane] = end(ray);
+        valid.0[lane] = -i32::from(ray.is_traceable());
+    }
     let packet = RTCRay8 {
         org_x,
         org_y,
@@ -273,12 +278,12 @@ fn packet(rays: &[Ray; LANES]) -> (RTCRay8, Lanes) {
         dir_y,
         dir_z,
         time,
-        tfar: rays.each_ref().map(end),
+        tfar,
         mask: [u32::MAX; LANES],
         id: [0, 1, 2, 3, 4, 5, 6, 7],
         flags: [0; LANES],
     };
-    (packet, Lanes(rays.each_ref().map(|ray| -i32::from(ray.is_traceable()))))
+    (packet, valid)
 }
 
 /// The components of eight vectors: of each component all eight.
@@ -288,10 +293,10 @@ fn transposed(vector: impl Fn(usize) -> Vec4) -> [[f32; LANES]; 4] {
         Mat4::from_cols(vector(i), vector(i + 1), vector(i + 2), vector(i + 3)).transpose()
     };
     let [low, high] = [four(0), four(4)];
-    [0, 1, 2, 3].map(|component| {
-        let mut all = [0.0; LANES];
+    let mut components = [[0.0; LANES]; 4];
+    for (component, all) in components.iter_mut().enumerate() {
         low.col(component).write_to_slice(&mut all[..4]);
         high.col(component).write_to_slice(&mut all[4..]);
-        all
-    })
+    }
+    components
 }
