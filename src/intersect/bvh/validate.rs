@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::node::{Child, ChildKind};
 use super::traverse::MAX_DEPTH;
 use super::{Bvh, build, corners};
-use crate::intersect::lanes::LANES;
+use crate::intersect::bvh::LANES;
 use crate::math::Aabb;
 
 /// What is wrong with a tree.

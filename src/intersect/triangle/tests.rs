@@ -1,17 +1,33 @@
 //! Both tests at the extremes of what f32 can hold.
 
 use super::*;
-use crate::intersect::lanes::{LANES, Portable};
+use crate::math::real::{Level, Mask, Task};
 use crate::math::{Frame, warp};
 use crate::sampler::{Independent, PathSampler};
 use glam::Vec3A;
 
 const UNIT: Corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
+/// Asks for the candidates of eight triangles.
+pub(in crate::intersect) struct Candidates<'a, T>(
+    pub(in crate::intersect) T,
+    pub(in crate::intersect) &'a Corners8,
+);
+
+impl<T: RayTriangle> Task for Candidates<'_, T> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> u32 {
+        self.0.candidates(simd, self.1).bits()
+    }
+}
+
 fn test<T: RayTriangle>(ray: &Ray, corners: &Corners) -> Option<TriangleHit> {
-    let all = std::array::from_fn(|axis| corners.map(|corner| F32x8([corner[axis]; LANES])));
+    let all = std::array::from_fn(|axis| corners.map(|corner| [corner[axis]; 8]));
     let test = T::new(ray);
-    (test.candidates(Portable, &all) != 0).then(|| test.hit(ray, corners)).flatten()
+    let candidates = Level::baseline().run(Candidates(test, &all));
+    (candidates != 0).then(|| test.hit(ray, corners)).flatten()
 }
 
 fn both(ray: &Ray, corners: &Corners) -> [Option<TriangleHit>; 2] {
