@@ -82,10 +82,10 @@ impl Vertex<'_> {
     #[inline(always)]
     fn frame_and_place(&self, normal: Vec3A, needs: Needs, ray: &Ray) -> (Frame, Place) {
         match needs {
-            Needs::Nothing => (Frame::from_normal(normal), Place::default()),
+            Needs::Nothing => (Frame::from_normal(normal.into()), Place::default()),
             Needs::TextureCoordinates => {
                 let uv = self.object.shape.uv(ray, &self.hit);
-                (Frame::from_normal(normal), Place { uv, ..Place::default() })
+                (Frame::from_normal(normal.into()), Place { uv, ..Place::default() })
             }
             Needs::Tangents => self.frame_and_tangents(normal, ray),
         }
@@ -95,12 +95,12 @@ impl Vertex<'_> {
     fn frame_and_tangents(&self, normal: Vec3A, ray: &Ray) -> (Frame, Place) {
         let shape = self.object.shape.as_ref();
         let [dp_du, dp_dv] = shape.tangents(ray, &self.hit);
-        let frame = Frame::from_normal_and_tangent(normal, dp_du);
+        let frame = Frame::from_normal_and_tangent(normal.into(), dp_du.into());
         let place = Place {
             uv: shape.uv(ray, &self.hit),
-            dp_du: frame.to_local(dp_du),
-            dp_dv: frame.to_local(dp_dv),
-            geometric_normal: frame.to_local(self.surface.geometric_normal),
+            dp_du: frame.to_local(dp_du.into()).into(),
+            dp_dv: frame.to_local(dp_dv.into()).into(),
+            geometric_normal: frame.to_local(self.surface.geometric_normal.into()).into(),
         };
         (frame, place)
     }
@@ -247,7 +247,7 @@ impl<'a> Shading<'a> {
             place,
             frame,
             geometric_normal,
-            wi: frame.to_local(-ray.direction),
+            wi: frame.to_local((-ray.direction).into()).into(),
             cos_geometric: -ray.direction.dot(geometric_normal),
         }
     }
@@ -280,14 +280,14 @@ impl<'a> Shading<'a> {
     }
 
     pub(super) fn to_local(&self, direction: Vec3A) -> Vec3A {
-        self.frame.to_local(direction)
+        self.frame.to_local(direction.into()).into()
     }
 
     /// The direction of a sample in the world; `None` where it would leak.
     // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
     pub(super) fn onward(&self, sample: &BsdfSample) -> Option<Vec3A> {
-        let mut direction = self.frame.to_world(sample.wo);
+        let mut direction = Vec3A::from(self.frame.to_world(sample.wo.into()));
         if sample.lobe.is_delta() {
             // It comes from the one before it: its length would drift, by 1e-4 in ten thousand bounces.
             direction = direction.normalize();

@@ -49,6 +49,15 @@ macro_rules! vector {
                 self / self.length()
             }
 
+            /// The unit vector of the same direction, and whether there is one: whether the inverse of the length is
+            /// finite and above 0.
+            #[inline(always)]
+            #[must_use]
+            pub fn try_normalize(self) -> (Self, R::Mask) {
+                let inverse = self.length().recip();
+                (self * inverse, inverse.gt(0.0) & inverse.lt(f32::INFINITY))
+            }
+
             /// `self` at `t = 0` and `end` at `t = 1`, both exactly.
             #[inline(always)]
             #[must_use]

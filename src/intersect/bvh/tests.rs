@@ -37,7 +37,7 @@ fn small_triangle(u: &mut PathSampler, size: f32) -> [Vec3A; 3] {
 }
 
 fn sphere(center: Vec3A, radius: f32) -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Z), false))
+    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Z.into()), false))
 }
 
 /// An axis-parallel grid of unit cubes, whose faces coincide.
@@ -205,7 +205,7 @@ fn rays(bvh: &Bvh) -> Vec<Ray> {
             _ => (corners[0] + corners[1] + corners[2]) / 3.0,
         };
         let direction = match i / 4 % 5 {
-            0 | 1 => warp::square_to_uniform_sphere(u.next_2d()),
+            0 | 1 => Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into())),
             // Along an axis, or nearly: the other components are ±0, denormal, or small.
             kind => {
                 let small = [0f32, 1e-42, 1e-32, 1e-20, 1e-8, 1e-6];

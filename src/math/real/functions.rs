@@ -24,8 +24,18 @@ fn flip<R: Real>(number: R, bits: R::Uint) -> R {
     R::from_bits(number.to_bits() ^ (bits & (1 << 31)))
 }
 
+/// Sine and cosine of at most π/4 in magnitude, within 1 ulp. The polynomials are those of Cephes (Moshier 1989,
+/// `sinf` and `cosf`).
+#[inline(always)]
+pub(in crate::math) fn sin_cos_octant<R: Real>(x: R) -> (R, R) {
+    let z = x * x;
+    let sin = polynomial(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z * x + x;
+    let cos = polynomial(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]) * z * z - z * 0.5;
+    (sin, cos + 1.0)
+}
+
 /// The nearest multiple of π/2 is taken off in three parts, of which the first two have so few bits that their
-/// products are exact (Cody and Waite). The polynomials are those of Cephes (Moshier 1989, `sinf`, `cosf`).
+/// products are exact (Cody and Waite).
 #[inline(always)]
 pub(super) fn sin_cos<R: Real>(x: R) -> (R, R) {
     const PARTS: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
@@ -33,10 +43,7 @@ pub(super) fn sin_cos<R: Real>(x: R) -> (R, R) {
     let shifted = x * FRAC_2_PI + ROUND;
     let (turns, quadrant) = (shifted - ROUND, shifted.to_bits());
     let rest = x - turns * PARTS[0] - turns * PARTS[1] - turns * PARTS[2];
-    let (r, z) = (rest.abs(), rest * rest);
-    let sin = polynomial(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z * r + r;
-    let cos =
-        polynomial(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]) * z * z - z * 0.5 + 1.0;
+    let (sin, cos) = sin_cos_octant(rest.abs());
     let straight = (quadrant & 1).eq(0);
     // The sine is odd in the rest; of both, the sign changes every other quadrant, the cosine's one earlier.
     let sin_of_rest = flip(sin, rest.to_bits());
@@ -87,7 +94,7 @@ pub(super) fn ln<R: Real>(x: R) -> R {
     let f = R::from_bits((bits & 0x007f_ffff).wrapping_add(ROOT)) - 1.0;
     let s = f / (f + 2.0);
     let z = s * s;
-    let tail = polynomial(z, [0.242_790_79, 0.284_987_87, 0.400_009_72, 0.666_666_63]) * z;
+    let tail = polynomial(z, [0.242_790_79, 0.284_987_87, 0.400_009_72, 0.666_666_6]) * z;
     let half_square = f * f * 0.5;
     let sum = s * (half_square + tail) + power * LN_2[0] - half_square + f + power * LN_2[1];
     // Of 0 and ∞; what is negative or NaN satisfies neither comparison.

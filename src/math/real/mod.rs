@@ -42,6 +42,7 @@ mod one;
 mod tests;
 mod uint;
 
+pub(in crate::math) use functions::sin_cos_octant;
 pub use lanes::{Lanes, Lift, Mask};
 pub use level::{Level, Task};
 pub use uint::Uint;

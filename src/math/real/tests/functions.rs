@@ -115,3 +115,14 @@ fn angle_of_a_point() {
         assert!(Real::atan2(y, x).is_nan(), "{y}, {x}");
     }
 }
+
+#[test]
+fn sine_and_cosine_are_those_of_the_angle() {
+    for i in -1000..=1000 {
+        let angle = FRAC_PI_4 * i as f32 / 1000.0;
+        let (sin, cos) = sin_cos_octant(angle);
+        let (expected_sin, expected_cos) = f64::from(angle).sin_cos();
+        assert!((f64::from(sin) - expected_sin).abs() < 1e-7, "{angle}");
+        assert!((f64::from(cos) - expected_cos).abs() < 1e-7, "{angle}");
+    }
+}

@@ -6,6 +6,7 @@ use super::*;
 use crate::sampler::{Independent, PathSampler};
 
 mod functions;
+mod geometry;
 
 /// Does a task at all levels, also at those that [`Level`] passes over; with a word for each.
 fn at_every_level<T: Task + Copy>(task: T) -> Vec<(&'static str, T::Output)> {
