@@ -300,7 +300,7 @@ fn scattering_is_reciprocal() {
 }
 
 fn direction_of(u: Vec2) -> Vec3A {
-    telamon::math::warp::square_to_uniform_sphere(u)
+    Vec3A::from(telamon::math::warp::square_to_uniform_sphere(u.into()))
 }
 
 /// No light on the wrong side of what does not transmit, whatever the directions.

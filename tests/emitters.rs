@@ -196,9 +196,10 @@ fn textured_lights_send_what_is_seen() {
     for (seed, light) in (511..).zip(&lights) {
         let [area, swapped] = [[3.0, 1.0], [1.0, 3.0]]
             .map(|c| Area::new(Arc::clone(&light.shape), board(c)).expect("has an area"));
-        let frame = Frame::from_normal(light.normal);
+        let frame = Frame::from_normal(light.normal.into());
         let by_directions = Moments::of(points(seed + 100, SAMPLES).map(|u| {
-            let direction = frame.to_world(warp::square_to_cosine_hemisphere(u));
+            let direction =
+                Vec3A::from(frame.to_world(warp::square_to_cosine_hemisphere(u.into())));
             let ray = Ray::new(light.from, direction);
             trace(light.shape.as_ref(), &ray).map_or(0.0, |hit| {
                 let point = light.shape.surface(&ray, &hit);
@@ -314,8 +315,12 @@ fn slivers_do_not_disturb_a_mesh_light() {
 #[test]
 fn directions_inside_a_sphere_follow_their_density() {
     let grid = support::quadrature::SphereGrid { rows: 10, columns: 20 };
-    let shape: Arc<dyn Shape> =
-        Arc::new(telamon::shape::Sphere::new(Vec3A::ZERO, 2.0, Frame::from_normal(Vec3A::Z), true));
+    let shape: Arc<dyn Shape> = Arc::new(telamon::shape::Sphere::new(
+        Vec3A::ZERO,
+        2.0,
+        Frame::from_normal(Vec3A::Z.into()),
+        true,
+    ));
     let light = Area::new(Arc::clone(&shape), Vec3A::ONE).expect("has an area");
     let from = DVec3::new(0.9, -0.4, 0.5);
     let mut counts = vec![0; grid.cells()];

@@ -18,7 +18,7 @@ fn shapes() -> Vec<Arc<dyn Shape>> {
         DVec3::new(0.0, 0.0, 4.0),
     );
     let (cube, _) = primitives::cube(DAffine3::from_translation(DVec3::new(4.0, 0.0, 0.0)), false);
-    let axes = Frame::from_normal(Vec3A::Z);
+    let axes = Frame::from_normal(Vec3A::Z.into());
     vec![
         Arc::new(sphere_mesh(DVec3::ZERO, 1.0, 40, 80)),
         Arc::new(Sphere::new(Vec3A::new(-4.0, 0.0, 0.0), 1.25, axes, false)),
@@ -165,14 +165,14 @@ fn surfaces_are_left() {
             for engine in engines(&shapes) {
                 for i in 0..2000 {
                     let mut u = PathSampler::new(&sampler, i, exponent.unsigned_abs());
-                    let outward = warp::square_to_uniform_sphere(u.next_2d());
+                    let outward = Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into()));
                     let ray = Ray::new(center + outward * (3.0 * size), -outward);
                     let hit = engine.closest_hit(&ray).expect("towards the centre");
                     let point = shapes[0].surface(&ray, &hit);
                     // The mesh is convex: no ray that leaves it hits it again.
-                    let frame = Frame::from_normal(point.geometric_normal);
-                    let up = warp::square_to_cosine_hemisphere(u.next_2d());
-                    let leaving = point.spawn(frame.to_world(up));
+                    let frame = Frame::from_normal(point.geometric_normal.into());
+                    let up = Vec3A::from(warp::square_to_cosine_hemisphere(u.next_2d().into()));
+                    let leaving = point.spawn(Vec3A::from(frame.to_world(up.into())));
                     assert_eq!(
                         engine.closest_hit(&leaving),
                         None,

@@ -34,14 +34,14 @@ fn skewed(size: f64, center: DVec3) -> DAffine3 {
 /// Rays through the box from (-4, -4, -4) to (4, 4, 4), of which a half misses most.
 fn rays(seed: u64, count: u32) -> impl Iterator<Item = Ray> {
     points_3d(seed, count).zip(points(seed + 1, count)).map(|(from, to)| {
-        let direction = warp::square_to_uniform_sphere(to);
+        let direction = Vec3A::from(warp::square_to_uniform_sphere(to.into()));
         Ray::new((from - 0.5) * 8.0, direction)
     })
 }
 
 /// A mesh and a sphere, so that there are hits of both kinds.
 fn members() -> Vec<Arc<dyn Shape>> {
-    let axes = Frame::from_normal(Vec3A::Z);
+    let axes = Frame::from_normal(Vec3A::Z.into());
     vec![
         Arc::new(sphere_mesh(DVec3::ZERO, 1.0, 16, 24)),
         Arc::new(Sphere::new(Vec3A::new(0.0, 2.0, 0.0), 0.75, axes, false)),
@@ -162,13 +162,16 @@ fn instances_are_closed_and_let_go() {
                 {
                     // Within half of the radius of the sphere, which the mesh is close to.
                     let from = map.transform_point3((from - 0.5).as_dvec3() * 0.5).as_vec3a();
-                    let ray = Ray::new(from, warp::square_to_uniform_sphere(to));
+                    let ray =
+                        Ray::new(from, Vec3A::from(warp::square_to_uniform_sphere(to.into())));
                     let hit = engine.closest_hit(&ray);
                     let hit = hit.unwrap_or_else(|| panic!("{} {size} {far}", engine.name()));
                     let surface = shapes[0].surface(&ray, &hit);
                     assert!(surface.geometric_normal.dot(ray.direction) > 0.0);
-                    let away = warp::square_to_cosine_hemisphere(onward);
-                    let away = Frame::from_normal(surface.geometric_normal).to_world(away);
+                    let away = Vec3A::from(warp::square_to_cosine_hemisphere(onward.into()));
+                    let away = Vec3A::from(
+                        Frame::from_normal(surface.geometric_normal.into()).to_world(away.into()),
+                    );
                     met += u32::from(engine.occluded(&surface.spawn(away.normalize())));
                     // And what goes back in stays in.
                     let back = surface.spawn(-away.normalize());

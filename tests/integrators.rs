@@ -169,7 +169,12 @@ fn roulette_keeps_the_mean_and_has_the_variance_of_theory() {
 /// others: no closed form, one mean.
 fn varied_room() -> Scene {
     let sphere = |x, y, radius| -> Arc<dyn Shape> {
-        Arc::new(Sphere::new(Vec3A::new(x, y, 0.0), radius, Frame::from_normal(Vec3A::Z), false))
+        Arc::new(Sphere::new(
+            Vec3A::new(x, y, 0.0),
+            radius,
+            Frame::from_normal(Vec3A::Z.into()),
+            false,
+        ))
     };
     let at = DAffine3::from_translation(DVec3::new(0.0, 0.95, 0.0))
         * DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2)
@@ -298,7 +303,7 @@ fn white_things_vanish_in_a_white_sky() {
     for bsdf in materials {
         let name = format!("{bsdf:?}");
         let outward = |center: Vec3A| -> Arc<dyn Shape> {
-            Arc::new(Sphere::new(center, 0.5, Frame::from_normal(Vec3A::Z), false))
+            Arc::new(Sphere::new(center, 0.5, Frame::from_normal(Vec3A::Z.into()), false))
         };
         let spheres = [Vec3A::X, Vec3A::NEG_X * 2.0];
         let objects = spheres.map(|center| object(outward(center), 0, None)).into();

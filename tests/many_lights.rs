@@ -43,8 +43,8 @@ fn field(count: usize) -> Field {
     let mut field = Field { lamps: Vec::new(), others: Vec::new() };
     let axis = |i: usize| (turns[i] - 0.5).normalize();
     let corners = (0..count).flat_map(|i| {
-        let Frame { s, t, .. } = Frame::from_normal(axis(i));
-        [s, t, -s - t].map(|side| place(places[i]) + 0.02 * side)
+        let Frame { s, t, .. } = Frame::from_normal(axis(i).into());
+        [s, t, -s - t].map(|side| place(places[i]) + 0.02 * Vec3A::from(side))
     });
     let triangles = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let (mesh, _) =
@@ -57,7 +57,7 @@ fn field(count: usize) -> Field {
     for i in 0..count / 4 {
         let from = place(places[(7 * i + 3) % count]);
         let shape: Arc<dyn Shape> = match i % 2 {
-            0 => Arc::new(Sphere::new(from, 0.01, Frame::from_normal(Vec3A::Z), false)),
+            0 => Arc::new(Sphere::new(from, 0.01, Frame::from_normal(Vec3A::Z.into()), false)),
             _ => Arc::new(
                 Disk::new(
                     DAffine3::from_translation(from.as_dvec3())
@@ -75,11 +75,11 @@ fn field(count: usize) -> Field {
             Box::new(Point::new(from + 0.1, 0.02 * power(i)))
         } else {
             let z = axis(i + 1);
-            let Frame { s, t, .. } = Frame::from_normal(z);
+            let Frame { s, t, .. } = Frame::from_normal(z.into());
             let cutoff_angle = [0.1, 0.7, 0.5 * PI][i % 3];
             Box::new(Spot::new(SpotSettings {
                 position: from + 0.1,
-                axes: Mat3A::from_cols(s, t, z),
+                axes: Mat3A::from_cols(s.into(), t.into(), z),
                 intensity: 0.1 * power(i),
                 cutoff_angle,
                 beam_width: cutoff_angle * f64::from(turns[i].x),

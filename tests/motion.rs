@@ -127,7 +127,10 @@ fn a_deforming_mesh_moves_as_its_vertices_do() {
         for (i, (from, to)) in points_3d(5, 20_000).zip(points(6, 20_000)).enumerate() {
             let time = i as f32 / 20_000.0;
             let from = (from - Vec3A::new(0.2, 0.6, 0.4)) * 7.0;
-            let ray = Ray { time, ..Ray::new(from, warp::square_to_uniform_sphere(to)) };
+            let ray = Ray {
+                time,
+                ..Ray::new(from, Vec3A::from(warp::square_to_uniform_sphere(to.into())))
+            };
             let (one, other) = (a.closest_hit(&ray), b.closest_hit(&ray));
             assert_eq!(a.occluded(&ray), one.is_some(), "{ray:?}");
             let (Some(one), Some(other)) = (one, other) else {
@@ -174,7 +177,10 @@ fn a_moving_mesh_is_closed_at_every_moment() {
             let time = i as f32 / 20_000.0;
             let map = motion.at(time.into());
             let from = map.transform_point3((from - 0.5).as_dvec3()).as_vec3a();
-            let ray = Ray { time, ..Ray::new(from, warp::square_to_uniform_sphere(to)) };
+            let ray = Ray {
+                time,
+                ..Ray::new(from, Vec3A::from(warp::square_to_uniform_sphere(to.into())))
+            };
             let hit = engine.closest_hit(&ray).expect("inside");
             let surface = shapes[0].surface(&ray, &hit);
             assert!(surface.geometric_normal.dot(ray.direction) > 0.0);
@@ -198,7 +204,8 @@ fn engines_agree_at_every_moment() {
     for (i, (from, to)) in points_3d(3, 60_000).zip(points(4, 60_000)).enumerate() {
         let time = (i as f64 * 0.618_034).fract() as f32;
         let from = (from - Vec3A::new(0.2, 0.6, 0.4)) * 7.0;
-        let ray = Ray { time, ..Ray::new(from, warp::square_to_uniform_sphere(to)) };
+        let ray =
+            Ray { time, ..Ray::new(from, Vec3A::from(warp::square_to_uniform_sphere(to.into()))) };
         let found: Vec<_> = engines.iter().map(|engine| engine.closest_hit(&ray)).collect();
         for pair in found.windows(2) {
             match (pair[0], pair[1]) {

@@ -85,7 +85,7 @@ fn cubes_are_those_of_mitsuba() {
 /// acos(0.8) / π = 0.204833.
 #[test]
 fn spheres_are_those_of_mitsuba() {
-    let world = Frame { s: Vec3A::X, t: Vec3A::Y, n: Vec3A::Z };
+    let world = Frame { s: Vec3A::X.into(), t: Vec3A::Y.into(), n: Vec3A::Z.into() };
     let expected = [
         seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [0.6, 0.8, 0.0]),
         seen([0.6, -3.0, 0.0], [0.0, 1.0, 0.0], [0.852_416, 0.5], [0.6, -0.8, 0.0]),
@@ -94,7 +94,7 @@ fn spheres_are_those_of_mitsuba() {
     ];
     assert_seen("sphere", &Sphere::new(Vec3A::ZERO, 1.0, world, false), &expected);
     // Turned by 90 degrees about x: y goes to z, z to -y.
-    let turned = Frame { s: Vec3A::X, t: Vec3A::Z, n: Vec3A::NEG_Y };
+    let turned = Frame { s: Vec3A::X.into(), t: Vec3A::Z.into(), n: Vec3A::NEG_Y.into() };
     let expected = [seen([0.0, 0.6, 3.0], DOWN, [0.25, 0.704_833], [0.0, 0.6, 0.8])];
     assert_seen("turned", &Sphere::new(Vec3A::ZERO, 1.0, turned, false), &expected);
     let expected = [seen([0.6, 3.0, 0.0], [0.0, -1.0, 0.0], [0.147_584, 0.5], [-0.6, -0.8, 0.0])];
@@ -123,8 +123,8 @@ fn disks_are_those_of_mitsuba() {
 /// A cylinder from `p0` to `p1` whose u begins where Mitsuba lets it begin.
 fn cylinder(p0: [f64; 3], p1: [f64; 3], radius: f64, flip: bool) -> Cylinder {
     let along = DVec3::from(p1) - DVec3::from(p0);
-    let frame = Frame::from_normal(along.normalize().as_vec3a());
-    let [s, t] = [frame.s, frame.t].map(|v| v.as_dvec3() * radius);
+    let frame = Frame::from_normal(along.normalize().as_vec3a().into());
+    let [s, t] = [frame.s, frame.t].map(|v| Vec3A::from(v).as_dvec3() * radius);
     Cylinder::new(p0.into(), [s, t, along], flip).expect("has an area")
 }
 
@@ -181,8 +181,8 @@ fn cylinders_are_open() {
 /// `si.dp_du` and `si.dp_dv` of Mitsuba 3.9.1 for the same rays; 0 where there is none.
 #[test]
 fn tangents_are_those_of_mitsuba() {
-    let world = Frame { s: Vec3A::X, t: Vec3A::Y, n: Vec3A::Z };
-    let turned = Frame { s: Vec3A::X, t: Vec3A::Z, n: Vec3A::NEG_Y };
+    let world = Frame { s: Vec3A::X.into(), t: Vec3A::Y.into(), n: Vec3A::Z.into() };
+    let turned = Frame { s: Vec3A::X.into(), t: Vec3A::Z.into(), n: Vec3A::NEG_Y.into() };
     let sphere = |radius, axes, flip| Sphere::new(Vec3A::ZERO, radius, axes, flip);
     let disk = Disk::new(scaled(2.0, 3.0, 1.0), false).expect("not singular");
     let rectangle = |x| primitives::rectangle(scaled(x, 3.0, 1.0), false).0;
@@ -275,11 +275,14 @@ fn tangents_of_meshes_follow_their_texture_coordinates() {
 fn distant_spheres_have_exact_normals() {
     for (radius, distance) in [(1.0f32, 1e3f32), (1.0, 1e6), (1e-3, 1e3), (1e-6, 1.0)] {
         let axis = Vec3A::new(1.0, 2.0, 3.0).normalize();
-        let sphere = Sphere::new(axis * distance, radius, Frame::from_normal(Vec3A::Z), false);
+        let sphere =
+            Sphere::new(axis * distance, radius, Frame::from_normal(Vec3A::Z.into()), false);
         let center = (axis * distance).as_dvec3();
         let mut hits = 0;
         for u in points(1, 10_000) {
-            let across = Frame::from_normal(axis).to_world((u * 1.8 - 0.9).extend(0.0).into());
+            let across = Vec3A::from(
+                Frame::from_normal(axis.into()).to_world((u * 1.8 - 0.9).extend(0.0).into()),
+            );
             // Parallel to the line to the centre, so that most rays hit.
             let ray = Ray::new(across * radius, axis);
             let Some(hit) = trace(&sphere, &ray) else {
@@ -306,16 +309,16 @@ const CENTERS: [f32; 4] = [0.0, 1.0, -100.0, 1e5];
 fn rays_leave_spheres() {
     for (size, center) in [1e-3f32, 1.0, 1e3].into_iter().flat_map(|s| CENTERS.map(|c| (s, c))) {
         let center = Vec3A::new(center, -0.7 * center, 0.3 * center);
-        let sphere = Sphere::new(center, size, Frame::from_normal(Vec3A::Z), false);
+        let sphere = Sphere::new(center, size, Frame::from_normal(Vec3A::Z.into()), false);
         for engine in engines(&[Arc::new(sphere)]) {
             for (a, b) in points(11, 2_000).zip(points(12, 2_000)) {
-                let side = warp::square_to_uniform_sphere(a);
+                let side = Vec3A::from(warp::square_to_uniform_sphere(a.into()));
                 let ray = Ray::new(center + side * (3.0 * size), -side);
                 let Some(hit) = trace(&sphere, &ray) else {
                     continue;
                 };
                 let point = sphere.surface(&ray, &hit);
-                let direction = warp::square_to_uniform_sphere(b);
+                let direction = Vec3A::from(warp::square_to_uniform_sphere(b.into()));
                 let cosine = direction.dot(point.geometric_normal);
                 let again = engine.closest_hit(&point.spawn(direction)).map(|h| h.t);
                 if cosine >= 0.0 {
@@ -345,7 +348,7 @@ fn rays_leave_cylinders() {
         for engine in engines(&[Arc::new(cylinder)]) {
             for (a, b) in points(41, 2_000).zip(points(42, 2_000)) {
                 let s = cylinder.sample_primitive(0, DVec3::splat(3e5), a).expect("seen");
-                let direction = warp::square_to_uniform_sphere(b);
+                let direction = Vec3A::from(warp::square_to_uniform_sphere(b.into()));
                 let cosine = direction.dot(s.point.geometric_normal);
                 let again = engine.closest_hit(&s.point.spawn(direction)).map(|hit| hit.t);
                 if cosine >= 0.0 {
@@ -378,7 +381,7 @@ fn rays_leave_disks() {
         for engine in engines(&[Arc::new(disk)]) {
             for (a, b) in points(21, 2_000).zip(points(22, 2_000)) {
                 let s = disk.sample_primitive(0, DVec3::splat(3e5), a).expect("seen");
-                let direction = warp::square_to_uniform_sphere(b);
+                let direction = Vec3A::from(warp::square_to_uniform_sphere(b.into()));
                 let again = engine.closest_hit(&s.point.spawn(direction));
                 assert_eq!(again, None, "{size} at {center}: {direction}");
             }
@@ -411,7 +414,12 @@ fn rays_leave_triangles_on_their_own_side() {
             let Some(s) = mesh.sample_primitive(0, DVec3::splat(1e9), u) else {
                 continue;
             };
-            assert_leaves(&s.point, [a, b, c], exact_normal, warp::square_to_uniform_sphere(w));
+            assert_leaves(
+                &s.point,
+                [a, b, c],
+                exact_normal,
+                Vec3A::from(warp::square_to_uniform_sphere(w.into())),
+            );
             tested += 1;
         }
     }

@@ -28,21 +28,21 @@ struct DirectionWarp {
 const DIRECTION_WARPS: [DirectionWarp; 3] = [
     DirectionWarp {
         name: "uniform sphere",
-        map: warp::square_to_uniform_sphere,
+        map: |u| warp::square_to_uniform_sphere(u.into()).into(),
         pdf: |_| warp::UNIFORM_SPHERE_PDF,
-        inverse: warp::uniform_sphere_to_square,
+        inverse: |w| warp::uniform_sphere_to_square(w.into()).into(),
     },
     DirectionWarp {
         name: "uniform hemisphere",
-        map: warp::square_to_uniform_hemisphere,
-        pdf: warp::square_to_uniform_hemisphere_pdf,
-        inverse: warp::uniform_hemisphere_to_square,
+        map: |u| warp::square_to_uniform_hemisphere(u.into()).into(),
+        pdf: |w| warp::square_to_uniform_hemisphere_pdf(w.into()),
+        inverse: |w| warp::uniform_hemisphere_to_square(w.into()).into(),
     },
     DirectionWarp {
         name: "cosine hemisphere",
-        map: warp::square_to_cosine_hemisphere,
-        pdf: warp::square_to_cosine_hemisphere_pdf,
-        inverse: warp::cosine_hemisphere_to_square,
+        map: |u| warp::square_to_cosine_hemisphere(u.into()).into(),
+        pdf: |w| warp::square_to_cosine_hemisphere_pdf(w.into()),
+        inverse: |w| warp::cosine_hemisphere_to_square(w.into()).into(),
     },
 ];
 
@@ -119,9 +119,9 @@ fn directions_return_to_their_point() {
 fn cones_of_all_sizes_return_to_their_point() {
     for (seed, one_minus_cos) in (21..).zip(CONES) {
         for u in stratified_points_and_corners(seed, 40) {
-            let w = warp::square_to_uniform_cone(u, one_minus_cos);
+            let w = Vec3A::from(warp::square_to_uniform_cone(u.into(), one_minus_cos));
             assert!((w.length() - 1.0).abs() <= ROUNDING, "{one_minus_cos}: {u} -> {w}");
-            let mut back = warp::uniform_cone_to_square(w, one_minus_cos);
+            let mut back = Vec2::from(warp::uniform_cone_to_square(w.into(), one_minus_cos));
             if w.truncate() == Vec2::ZERO {
                 back.x = u.x;
             }
@@ -137,7 +137,7 @@ fn cones_of_all_sizes_return_to_their_point() {
 fn cone_counts(one_minus_cos: f32, claimed: f32, seed: u64) -> Vec<u64> {
     let mut counts = vec![0; GRID.cells()];
     for u in points(seed, SAMPLES) {
-        let w = warp::square_to_uniform_cone(u, one_minus_cos).as_dvec3();
+        let w = Vec3A::from(warp::square_to_uniform_cone(u.into(), one_minus_cos)).as_dvec3();
         let sin_squared = w.x * w.x + w.y * w.y;
         let row = sin_squared / (1.0 + (1.0 - sin_squared).max(0.0).sqrt()) / f64::from(claimed);
         let z = 2.0 * row.min(1.0) - 1.0;
@@ -161,41 +161,41 @@ fn cones_are_uniform() {
 #[test]
 fn disk_points_are_uniform_and_return() {
     for u in stratified_points_and_corners(41, 40) {
-        let p = warp::square_to_uniform_disk(u);
-        let back = warp::uniform_disk_to_square(p);
+        let p = Vec2::from(warp::square_to_uniform_disk(u.into()));
+        let back = Vec2::from(warp::uniform_disk_to_square(p.into()));
         let difference = (back - u).abs().max_element();
         assert!(difference <= ROUNDING, "{u} -> {p} comes back as {back}");
-        assert!(warp::square_to_uniform_disk_pdf(p) > 0.0, "{u} -> {p} has density 0");
+        assert!(warp::square_to_uniform_disk_pdf(p.into()) > 0.0, "{u} -> {p} has density 0");
     }
     // Rings of equal area: r² as the height of a cylinder of equal area on the sphere.
     let counts = direction_counts(
         |u| {
-            let p = warp::square_to_uniform_disk(u);
+            let p = Vec2::from(warp::square_to_uniform_disk(u.into()));
             let z = (2.0 * p.length_squared() - 1.0).clamp(-1.0, 1.0);
             (p.normalize_or_zero() * (1.0 - z * z).sqrt()).extend(z).into()
         },
         42,
     );
-    let per_area = f64::from(warp::square_to_uniform_disk_pdf(Vec2::ZERO));
+    let per_area = f64::from(warp::square_to_uniform_disk_pdf(Vec2::ZERO.into()));
     let each = f64::from(SAMPLES) * per_area * std::f64::consts::PI / GRID.cells() as f64;
     chi_squared(&counts, &vec![each; GRID.cells()], 1).unwrap_or_else(|table| panic!("{table}"));
     assert!(chi_squared(&counts, &vec![each * 1.05; GRID.cells()], 1).is_err());
-    assert_eq!(warp::square_to_uniform_disk_pdf(Vec2::new(0.8, 0.7)), 0.0);
+    assert_eq!(warp::square_to_uniform_disk_pdf(Vec2::new(0.8, 0.7).into()), 0.0);
 }
 
 #[test]
 fn triangle_points_are_uniform_and_return() {
     for u in stratified_points_and_corners(51, 40) {
-        let b = warp::square_to_uniform_triangle(u);
-        let back = warp::uniform_triangle_to_square(b);
+        let b = Vec2::from(warp::square_to_uniform_triangle(u.into()));
+        let back = Vec2::from(warp::uniform_triangle_to_square(b.into()));
         let difference = (back - u).abs().max_element();
         assert!(difference <= ROUNDING, "{u} -> {b} comes back as {back}");
-        assert!(warp::square_to_uniform_triangle_pdf(b) > 0.0, "{u} -> {b} has density 0");
+        assert!(warp::square_to_uniform_triangle_pdf(b.into()) > 0.0, "{u} -> {b} has density 0");
     }
     const SIDE: usize = 10;
     let mut counts = [0; SIDE * SIDE];
     for u in points(52, SAMPLES) {
-        let b = warp::square_to_uniform_triangle(u) * SIDE as f32;
+        let b = Vec2::from(warp::square_to_uniform_triangle(u.into())) * SIDE as f32;
         counts[b.y as usize * SIDE + b.x as usize] += 1;
     }
     // Cells below the diagonal lie inside, those on it by half.
@@ -204,14 +204,14 @@ fn triangle_points_are_uniform_and_return() {
         std::cmp::Ordering::Equal => 0.5,
         std::cmp::Ordering::Greater => 0.0,
     };
-    let density = f64::from(warp::square_to_uniform_triangle_pdf(Vec2::splat(0.25)));
+    let density = f64::from(warp::square_to_uniform_triangle_pdf(Vec2::splat(0.25).into()));
     let full = density * f64::from(SAMPLES) / (SIDE * SIDE) as f64;
     let expected: Vec<f64> = (0..SIDE * SIDE).map(|i| full * share(i % SIDE, i / SIDE)).collect();
     chi_squared(&counts, &expected, 1).unwrap_or_else(|table| panic!("{table}"));
     let wrong: Vec<f64> = expected.iter().map(|e| e * 1.05).collect();
     assert!(chi_squared(&counts, &wrong, 1).is_err());
     for outside in [Vec2::new(0.6, 0.5), Vec2::new(-0.1, 0.5), Vec2::new(0.5, -0.1)] {
-        assert_eq!(warp::square_to_uniform_triangle_pdf(outside), 0.0);
+        assert_eq!(warp::square_to_uniform_triangle_pdf(outside.into()), 0.0);
     }
 }
 
@@ -259,7 +259,7 @@ fn corners_of_the_square_give_usable_points() {
             assert!(w.is_finite() && w.length() > 0.999_999, "{}: {u} -> {w}", warp.name);
         }
         for one_minus_cos in CONES {
-            let w = warp::square_to_uniform_cone(u, one_minus_cos);
+            let w = Vec3A::from(warp::square_to_uniform_cone(u.into(), one_minus_cos));
             assert!(w.is_finite() && w.z >= 0.0, "cone {one_minus_cos}: {u} -> {w}");
         }
     }

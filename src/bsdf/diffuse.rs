@@ -32,12 +32,12 @@ impl Bsdf for Diffuse {
     }
 
     fn pdf(&self, _place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        if wi.z > 0.0 { warp::square_to_cosine_hemisphere_pdf(wo) } else { 0.0 }
+        if wi.z > 0.0 { warp::square_to_cosine_hemisphere_pdf(wo.into()) } else { 0.0 }
     }
 
     fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
-        let wo = warp::square_to_cosine_hemisphere(u);
-        let pdf = warp::square_to_cosine_hemisphere_pdf(wo);
+        let wo = Vec3A::from(warp::square_to_cosine_hemisphere(u.into()));
+        let pdf = warp::square_to_cosine_hemisphere_pdf(wo.into());
         // The cosine and π cancel in the weight.
         (wi.z > 0.0 && pdf > 0.0).then(|| BsdfSample {
             wo,

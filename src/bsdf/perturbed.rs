@@ -74,7 +74,7 @@ impl Perturbed {
         if self.options.flip_invalid_normals && self.interface.is_some() {
             n = shading_normal::bend(n, Vec3A::Z, wi, self.interface);
         }
-        Frame::from_normal_and_tangent(n, Vec3A::X)
+        Frame::from_normal_and_tangent(n.into(), Vec3A::X.into())
     }
 
     /// The factor for light that leaves towards `wo` where the normal is `n`.
@@ -92,7 +92,7 @@ impl Perturbed {
     /// A direction in the turned frame, if both frames have it on the same side: the turned surface can send
     /// no light through the other one.
     fn turned(frame: &Frame, w: Vec3A) -> Option<Vec3A> {
-        let turned = frame.to_local(w);
+        let turned = Vec3A::from(frame.to_local(w.into()));
         (turned.z * w.z > 0.0).then_some(turned)
     }
 
@@ -108,7 +108,7 @@ impl Bsdf for Perturbed {
     fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
         self.both_turned(place, wi, wo).map_or(Rgb::ZERO, |(frame, turned_wi, turned_wo)| {
             let value = self.material.eval(&place.in_frame(&frame), turned_wi, turned_wo);
-            value * self.shadowing(frame.n, wo)
+            value * self.shadowing(frame.n.into(), wo)
         })
     }
 
@@ -122,12 +122,12 @@ impl Bsdf for Perturbed {
         let frame = self.frame(place, wi);
         let (inner, turned_wi) = (place.in_frame(&frame), Self::turned(&frame, wi)?);
         let sample = self.material.sample(&inner, turned_wi, u)?;
-        let wo = frame.to_world(sample.wo).try_normalize()?;
+        let wo = Vec3A::from(frame.to_world(sample.wo.into())).try_normalize()?;
         let turned_wo = Self::turned(&frame, wo)?;
         if sample.lobe.is_delta() {
             return Some(BsdfSample { wo, ..sample });
         }
-        let weight = sample.weight * self.shadowing(frame.n, wo);
+        let weight = sample.weight * self.shadowing(frame.n.into(), wo);
         // Of the rounded direction, as `pdf` will find it.
         let pdf = self.material.pdf(&inner, turned_wi, turned_wo);
         (pdf > 0.0).then_some(BsdfSample { wo, weight, pdf, ..sample })
@@ -139,7 +139,7 @@ impl Bsdf for Perturbed {
 
     fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
         let frame = self.frame(place, wi);
-        self.material.albedo(&place.in_frame(&frame), frame.to_local(wi))
+        self.material.albedo(&place.in_frame(&frame), Vec3A::from(frame.to_local(wi.into())))
     }
 
     fn interface(&self) -> Option<f32> {

@@ -42,9 +42,9 @@ impl Place {
     pub fn in_frame(&self, frame: &Frame) -> Self {
         Self {
             uv: self.uv,
-            dp_du: frame.to_local(self.dp_du),
-            dp_dv: frame.to_local(self.dp_dv),
-            geometric_normal: frame.to_local(self.geometric_normal),
+            dp_du: frame.to_local(self.dp_du.into()).into(),
+            dp_dv: frame.to_local(self.dp_dv.into()).into(),
+            geometric_normal: frame.to_local(self.geometric_normal.into()).into(),
         }
     }
 }

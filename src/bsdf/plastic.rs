@@ -118,7 +118,7 @@ impl Bsdf for Plastic {
             return 0.0;
         }
         let diffuse = 1.0 - self.coat.specular_probability(self.reflected(wi));
-        diffuse * warp::square_to_cosine_hemisphere_pdf(wo)
+        diffuse * warp::square_to_cosine_hemisphere_pdf(wo.into())
     }
 
     fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
@@ -137,7 +137,7 @@ impl Bsdf for Plastic {
                 eta: 1.0,
             });
         }
-        let wo = warp::square_to_cosine_hemisphere(Vec2::new(rest, u.y));
+        let wo = Vec3A::from(warp::square_to_cosine_hemisphere(Vec2::new(rest, u.y).into()));
         let pdf = self.pdf(place, wi, wo);
         (pdf > 0.0).then(|| BsdfSample {
             wo,

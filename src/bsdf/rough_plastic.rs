@@ -115,7 +115,7 @@ impl Bsdf for RoughPlastic {
         let Some(m) = half_vector(wi, wo) else { return 0.0 };
         let specular = self.coat.specular_probability(1.0 - self.passes(wi.z));
         specular * reflected_pdf(&self.facets, wi, m)
-            + (1.0 - specular) * warp::square_to_cosine_hemisphere_pdf(wo)
+            + (1.0 - specular) * warp::square_to_cosine_hemisphere_pdf(wo.into())
     }
 
     fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
@@ -128,7 +128,7 @@ impl Bsdf for RoughPlastic {
         let wo = if specular {
             reflect(wi, self.facets.sample_visible(wi, u))?
         } else {
-            warp::square_to_cosine_hemisphere(u)
+            Vec3A::from(warp::square_to_cosine_hemisphere(u.into()))
         };
         // Both lobes may send light there.
         let pdf = self.pdf(place, wi, wo);

@@ -116,7 +116,7 @@ impl Perspective {
         let Some(Aperture { lens, left, up }) = self.lens else {
             return self.ray(film);
         };
-        let p = square_to_uniform_disk(u).as_dvec2();
+        let p = Vec2::from(square_to_uniform_disk(u.into())).as_dvec2();
         let shift = left * p.x + up * p.y;
         // Meets the ray through the centre at the distance of focus.
         self.ray_from(self.position + shift, self.through(film) - shift / lens.focus_distance)

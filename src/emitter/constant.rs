@@ -23,7 +23,7 @@ impl Constant {
 impl Emitter for Constant {
     fn sample_toward(&self, _from: DVec3, u: DVec2) -> Option<EmitterSample> {
         Some(EmitterSample {
-            direction: warp::square_to_uniform_sphere(round_below_one(u)),
+            direction: warp::square_to_uniform_sphere(round_below_one(u).into()).into(),
             weight: self.radiance / warp::UNIFORM_SPHERE_PDF,
             pdf: warp::UNIFORM_SPHERE_PDF,
             origin: LightOrigin::Infinity,

@@ -32,8 +32,9 @@ impl Integrator for AmbientOcclusion {
         };
         let normal = vertex.surface.geometric_normal;
         // The side that is seen.
-        let frame = Frame::from_normal(normal * -normal.dot(ray.direction).signum());
-        let direction = frame.to_world(warp::square_to_cosine_hemisphere(sampler.next_2d()));
+        let frame = Frame::from_normal((normal * -normal.dot(ray.direction).signum()).into());
+        let direction = warp::square_to_cosine_hemisphere(sampler.next_2d().into());
+        let direction = frame.to_world(direction).into();
         let free = !tracer.occluded(&vertex.surface.spawn(direction).until(self.ray_length));
         Estimate { radiance: Rgb::splat(f32::from(u8::from(free))), alpha: 1.0 }
     }

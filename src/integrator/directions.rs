@@ -49,11 +49,11 @@ impl DirectionSampling {
             Self::UniformHemisphere => warp::square_to_uniform_hemisphere,
             Self::Bsdf | Self::CosineHemisphere => warp::square_to_cosine_hemisphere,
         };
-        let (mut wo, mut choice) = (warp(u), 1.0);
+        let (mut wo, mut choice) = (Vec3A::from(warp(u.into())), 1.0);
         if flags.transmits {
             // Both hemispheres, one half of the numbers each.
             choice = 0.5;
-            wo = warp(Vec2::new((2.0 * u.x).fract(), u.y));
+            wo = warp(Vec2::new((2.0 * u.x).fract(), u.y).into()).into();
             wo.z = if u.x < 0.5 { wo.z } else { -wo.z };
         }
         wo.z = wo.z.copysign(wo.z * wi.z);
@@ -71,8 +71,10 @@ impl DirectionSampling {
     fn hemisphere_pdf(self, wo: Vec3A) -> f32 {
         let above = Vec3A::new(wo.x, wo.y, wo.z.abs());
         match self {
-            Self::UniformHemisphere => warp::square_to_uniform_hemisphere_pdf(above),
-            Self::Bsdf | Self::CosineHemisphere => warp::square_to_cosine_hemisphere_pdf(above),
+            Self::UniformHemisphere => warp::square_to_uniform_hemisphere_pdf(above.into()),
+            Self::Bsdf | Self::CosineHemisphere => {
+                warp::square_to_cosine_hemisphere_pdf(above.into())
+            }
         }
     }
 }

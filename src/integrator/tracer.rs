@@ -242,7 +242,7 @@ impl<'a> Shading<'a> {
             bsdf: vertex.bsdf,
             flags,
             place: Place::default(),
-            frame: Frame::from_normal(normal),
+            frame: Frame::from_normal(normal.into()),
             geometric_normal,
             wi: Vec3A::ZERO,
             cos_geometric: -ray.direction.dot(geometric_normal),
@@ -251,7 +251,7 @@ impl<'a> Shading<'a> {
         if flags.needs != Needs::Nothing {
             shading.look_up(vertex, ray);
         }
-        shading.wi = shading.frame.to_local(-ray.direction);
+        shading.wi = shading.frame.to_local((-ray.direction).into()).into();
         shading
     }
 
@@ -265,10 +265,10 @@ impl<'a> Shading<'a> {
             return;
         }
         let [dp_du, dp_dv] = shape.tangents(ray, &vertex.hit);
-        self.frame = Frame::from_normal_and_tangent(self.frame.n, dp_du);
-        self.place.dp_du = self.frame.to_local(dp_du);
-        self.place.dp_dv = self.frame.to_local(dp_dv);
-        self.place.geometric_normal = self.frame.to_local(self.geometric_normal);
+        self.frame = Frame::from_normal_and_tangent(self.frame.n, dp_du.into());
+        self.place.dp_du = self.frame.to_local(dp_du.into()).into();
+        self.place.dp_dv = self.frame.to_local(dp_dv.into()).into();
+        self.place.geometric_normal = self.frame.to_local(self.geometric_normal.into()).into();
     }
 
     /// See [`Bsdf::albedo`].
@@ -299,14 +299,14 @@ impl<'a> Shading<'a> {
     }
 
     pub(super) fn to_local(&self, direction: Vec3A) -> Vec3A {
-        self.frame.to_local(direction)
+        self.frame.to_local(direction.into()).into()
     }
 
     /// The direction of a sample in the world; `None` where it would leak.
     // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
     pub(super) fn onward(&self, sample: &BsdfSample) -> Option<Vec3A> {
-        let mut direction = self.frame.to_world(sample.wo);
+        let mut direction = Vec3A::from(self.frame.to_world(sample.wo.into()));
         if sample.lobe.is_delta() {
             // It comes from the one before it: its length would drift, by 1e-4 in ten thousand bounces.
             direction = direction.normalize();

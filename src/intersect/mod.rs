@@ -17,7 +17,6 @@ pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
 pub(crate) mod groups;
-mod lanes;
 pub mod recorder;
 mod spurious;
 mod triangle;

@@ -128,7 +128,7 @@ mod tests {
         for (scale, center) in [(1.0, 0.0), (1e-10, 0.0), (1e12, 0.0), (1.0, 1e3), (1e-3, 1.0)] {
             assert!(messages(&cube(scale, center)).is_empty(), "{scale} {center}");
         }
-        let axes = Frame::from_normal(Vec3A::Z);
+        let axes = Frame::from_normal(Vec3A::Z.into());
         for (radius, center) in [(1.0, 0.0), (1e-10, 0.0), (1e15, 0.0), (1e-3, 1.0)] {
             let sphere = Sphere::new(Vec3A::splat(center), radius, axes, false);
             assert!(messages(&sphere).is_empty(), "{radius} {center}");
@@ -143,7 +143,7 @@ mod tests {
             ["this shape lies 1.0e6 from the origin, where 32-bit floats are 1.2e-1 apart: \
               100 % of the triangles are distorted"]
         );
-        let far = Sphere::new(Vec3A::X * 1e5, 0.5, Frame::from_normal(Vec3A::Z), false);
+        let far = Sphere::new(Vec3A::X * 1e5, 0.5, Frame::from_normal(Vec3A::Z.into()), false);
         assert_eq!(
             messages(&far),
             ["this shape lies 1.0e5 from the origin, where 32-bit floats are 1.2e-2 apart: \

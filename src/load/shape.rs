@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3A};
 
 use super::mesh::{
     LoadedMesh, MeshFileError, MeshOptions, MeshProblem, load_obj, load_ply, load_serialized,
@@ -335,7 +335,7 @@ fn similarity(map: DMat3) -> Option<(f64, Frame)> {
     let rotation = unit * (1.0 / scale);
     let deviation = (rotation.transpose() * rotation - DMat3::IDENTITY).to_cols_array();
     let similar = deviation.into_iter().all(|d| d.abs() <= TOLERANCE);
-    let axis = |v: DVec3| v.normalize().as_vec3a();
+    let axis = |v: DVec3| v.normalize().as_vec3().into();
     similar.then(|| {
         let [s, t, n] = [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(axis);
         (scale * largest, Frame { s, t, n })
@@ -361,8 +361,8 @@ fn cylinder(object: &Object<'_>) -> Result<BuiltShape, Issue> {
         let message = "a cylinder cannot begin and end at one point";
         return Err(Issue::new(object.place_of("p1"), message));
     };
-    let frame = Frame::from_normal(axis.as_vec3a());
-    let across = [frame.s, frame.t].map(|v| v.as_dvec3() * object.float("radius"));
+    let frame = Frame::from_normal(axis.as_vec3a().into());
+    let across = [frame.s, frame.t].map(|v| Vec3A::from(v).as_dvec3() * object.float("radius"));
     let axes = [across[0], across[1], along].map(|v| to_world.transform_vector3(v));
     let cylinder = is_circular(axes)
         .then(|| {

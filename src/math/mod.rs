@@ -1,5 +1,5 @@
-//! Numbers below everything else: frames, warps of the unit square, discrete distributions, bounds,
-//! special functions.
+//! Numbers below everything else: reals in lanes, vectors, frames, warps of the unit square, discrete
+//! distributions, bounds, special functions.
 
 pub mod aabb;
 pub mod cone;
@@ -7,7 +7,9 @@ pub mod discrete;
 pub mod frame;
 pub mod keys;
 pub mod motion;
+pub mod real;
 pub mod special;
+pub mod vector;
 pub mod warp;
 
 pub use aabb::Aabb;

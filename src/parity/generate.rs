@@ -138,7 +138,7 @@ impl Generated {
         let uv = u.next_2d();
         let (point, surface) =
             pick.map_or((self.center.as_dvec3(), None), |pick| self.point_of(&pick, uv, u));
-        let anywhere = || warp::square_to_uniform_sphere(uv);
+        let anywhere = || Vec3A::from(warp::square_to_uniform_sphere(uv.into()));
         Target { point, normal: surface.map_or_else(anywhere, |s| s.geometric_normal), surface }
     }
 
@@ -152,7 +152,7 @@ impl Generated {
         let (part, instance) = pick.part();
         let Pick { shape, member, primitive } = *pick;
         if let Some(corners) = part.geometry().corners(primitive, u.time) {
-            let b = warp::square_to_uniform_triangle(uv);
+            let b = Vec2::from(warp::square_to_uniform_triangle(uv.into()));
             let hit = Hit { t: 0.0, u: b.x, v: b.y, shape: 0, primitive, member };
             let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
             let b = b.as_dvec2();
@@ -171,13 +171,13 @@ impl Generated {
     fn corners(&self, u: &mut Draw<'_>) -> [Vec3A; 3] {
         let pick = self.primitive(u);
         let turn = (u.next_1d() * 3.0) as usize;
-        if let Some((pick, (part, instance))) = pick.map(|pick| (pick.primitive, pick.part())) {
-            if let Some(corners) = part.geometry().corners(pick, u.time) {
-                let corners = [0, 1, 2].map(|i| corners[(i + turn) % 3]);
-                let Some(instance) = instance else { return corners };
-                let map = instance.to_world(u.time);
-                return corners.map(|p| map.transform_point3(p.as_dvec3()).as_vec3a());
-            }
+        if let Some((pick, (part, instance))) = pick.map(|pick| (pick.primitive, pick.part()))
+            && let Some(corners) = part.geometry().corners(pick, u.time)
+        {
+            let corners = [0, 1, 2].map(|i| corners[(i + turn) % 3]);
+            let Some(instance) = instance else { return corners };
+            let map = instance.to_world(u.time);
+            return corners.map(|p| map.transform_point3(p.as_dvec3()).as_vec3a());
         }
         [self.target(u).point.as_vec3a(); 3]
     }
@@ -190,9 +190,9 @@ impl Generated {
         }
         // From three half diagonals away all is within 20 degrees of the axis.
         let back = Vec3A::new(0.6, 0.5, 0.62).normalize();
-        let frame = Frame::from_normal(back);
+        let frame = Frame::from_normal(back.into());
         let across = (film * 2.0 - 1.0) * 0.4;
-        let direction = frame.to_world(across.extend(-1.0).into());
+        let direction = Vec3A::from(frame.to_world(across.extend(-1.0).into()));
         Ray::new(self.center + back * (3.0 * self.size), unit(direction.as_dvec3()))
     }
 
@@ -209,10 +209,10 @@ impl Generated {
 
     fn bounce(&self, u: &mut Draw<'_>) -> Ray {
         let target = self.target(u);
-        let up = warp::square_to_cosine_hemisphere(u.next_2d());
+        let up = Vec3A::from(warp::square_to_cosine_hemisphere(u.next_2d().into()));
         let side = if u.next_1d() < 0.5 { 1.0 } else { -1.0 };
-        let frame = Frame::from_normal(target.normal * side);
-        let direction = unit(frame.to_world(up).as_dvec3());
+        let frame = Frame::from_normal((target.normal * side).into());
+        let direction = unit(Vec3A::from(frame.to_world(up.into())).as_dvec3());
         // Not spawned from the surface: engines are judged by the ray as it is in f32.
         let from = target.surface.map(|surface| surface.leave_towards(direction).0);
         Ray::new(from.unwrap_or(target.point.as_vec3a()), direction)
@@ -260,10 +260,10 @@ impl Generated {
             return towards(self.target(u).point.as_vec3a(), self.target(u).point);
         }
         let target = self.target(u);
-        let frame = Frame::from_normal(target.normal);
+        let frame = Frame::from_normal(target.normal.into());
         let (sin, cos) = (f64::from(u.next_1d()) * std::f64::consts::TAU).sin_cos();
         let elevation = 10f64.powf(-7.0 * f64::from(u.next_1d()));
-        let [s, t, n] = [frame.s, frame.t, frame.n].map(Vec3A::as_dvec3);
+        let [s, t, n] = [frame.s, frame.t, frame.n].map(|axis| Vec3A::from(axis).as_dvec3());
         let direction = unit((s * cos + t * sin) * elevation.cos() - n * elevation.sin());
         Ray::new(target.point.as_vec3a() - direction * back, direction)
     }
@@ -271,12 +271,13 @@ impl Generated {
     fn inside(&self, u: &mut Draw<'_>) -> Ray {
         let target = self.target(u);
         let depth = self.size * 10f32.powf(-4.0 * u.next_1d());
-        let direction = unit(warp::square_to_uniform_sphere(u.next_2d()).as_dvec3());
+        let direction =
+            unit(Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into())).as_dvec3());
         Ray::new(target.point.as_vec3a() - target.normal * depth, direction)
     }
 
     fn far(&self, u: &mut Draw<'_>) -> Ray {
-        let away = warp::square_to_uniform_sphere(u.next_2d());
+        let away = Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into()));
         // With n triangles of about size / √n, the referee's bound of 2⁻¹⁹ of the distance is a few of them
         // wide at most: beyond, anything would be excused.
         let farthest = (2e6 / (self.primitives as f64).sqrt()).clamp(100.0, 1e6) as f32;

@@ -205,7 +205,7 @@ impl Shape for Disk {
     }
 
     fn sample_primitive(&self, _primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
-        let p = warp::square_to_uniform_disk(u);
+        let p = Vec2::from(warp::square_to_uniform_disk(u.into()));
         area_sample_toward(self.area, from, self.surface_at(p.as_dvec2()))
     }
 

@@ -210,11 +210,11 @@ impl Shape for TriangleMesh {
         let primitive = hit.primitive as usize;
         let triangle = self.triangle(primitive);
         let point = triangle.meet(ray, [hit.u, hit.v]);
-        if point.is_beyond {
-            if let Some(surface) = self.surface_of_neighbour(ray, primitive) {
-                // The hit still names this triangle.
-                return SurfacePoint { parameters: Vec2::new(hit.u, hit.v), ..surface };
-            }
+        if point.is_beyond
+            && let Some(surface) = self.surface_of_neighbour(ray, primitive)
+        {
+            // The hit still names this triangle.
+            return SurfacePoint { parameters: Vec2::new(hit.u, hit.v), ..surface };
         }
         self.surface_at(primitive, &triangle, point)
     }
@@ -256,7 +256,8 @@ impl Shape for TriangleMesh {
 
     fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let triangle = self.triangle(primitive);
-        let point = triangle.point(warp::square_to_uniform_triangle(u).to_array());
+        let point =
+            triangle.point(Vec2::from(warp::square_to_uniform_triangle(u.into())).to_array());
         let surface = self.surface_at(primitive, &triangle, point);
         area_sample_toward(triangle.area, from, surface)
     }
@@ -344,7 +345,7 @@ mod tests {
     #[test]
     fn defective_triangles_are_dropped_and_counted() {
         // More than one chunk; the order of the others stays.
-        let good = |i: usize| if i % 2 == 0 { [0, 1, 2] } else { [1, 2, 0] };
+        let good = |i: usize| if i.is_multiple_of(2) { [0, 1, 2] } else { [1, 2, 0] };
         let mut triangles: Vec<_> = (0..40_000).map(good).collect();
         for (i, bad) in [(0, [0, 1, 1]), (17_000, [0, 1, 3]), (39_998, [2, 4, 1])] {
             triangles[i] = bad;

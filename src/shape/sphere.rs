@@ -130,7 +130,9 @@ impl Shape for Sphere {
     }
 
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
-        let local = self.axes.to_local(self.surface(ray, hit).geometric_normal * self.side);
+        let local = Vec3A::from(
+            self.axes.to_local((self.surface(ray, hit).geometric_normal * self.side).into()),
+        );
         let turn = local.y.atan2(local.x) / std::f32::consts::TAU;
         Vec2::new(
             if turn < 0.0 { turn + 1.0 } else { turn },
@@ -139,13 +141,15 @@ impl Shape for Sphere {
     }
 
     fn tangents(&self, ray: &Ray, hit: &Hit) -> [Vec3A; 2] {
-        let local = self.axes.to_local(self.surface(ray, hit).geometric_normal * self.side);
+        let local = Vec3A::from(
+            self.axes.to_local((self.surface(ray, hit).geometric_normal * self.side).into()),
+        );
         let across = local.truncate().length();
         // At a pole, the meridian that lies ahead.
         let azimuth = if across > 0.0 { local.truncate() / across } else { Vec2::X };
         let dp_du = Vec3A::new(-local.y, local.x, 0.0) * (2.0 * std::f32::consts::PI);
         let dp_dv = (azimuth * local.z).extend(-across) * std::f32::consts::PI;
-        [dp_du, dp_dv.into()].map(|d| self.axes.to_world(d) * self.radius)
+        [dp_du, dp_dv.into()].map(|d| Vec3A::from(self.axes.to_world(d.into())) * self.radius)
     }
 
     fn primitive_count(&self) -> usize {
@@ -160,16 +164,17 @@ impl Shape for Sphere {
     /// section 3.2); from inside, uniform by area.
     fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let Some(cone) = self.cone_from(from) else {
-            let point = self.surface_at(warp::square_to_uniform_sphere(u).as_dvec3());
+            let point =
+                self.surface_at(Vec3A::from(warp::square_to_uniform_sphere(u.into())).as_dvec3());
             let along = (point.position - from).as_vec3a();
             let leaves = point.geometric_normal.dot(along) * self.side > 0.0;
             let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
             let point = SurfacePoint { parameters, ..point };
             return area_sample_toward(self.primitive_area(primitive), from, point);
         };
-        let frame = Frame::from_normal(cone.axis);
-        let local = warp::square_to_uniform_cone(u, cone.one_minus_cos as f32);
-        let direction = frame.to_world(local).normalize();
+        let frame = Frame::from_normal(cone.axis.into());
+        let local = Vec3A::from(warp::square_to_uniform_cone(u.into(), cone.one_minus_cos as f32));
+        let direction = Vec3A::from(frame.to_world(local.into())).normalize();
         // The near root along that direction, and the point it leads to, relative to the centre and in
         // the cone's frame. Not by way of `direction`: rounding it to f32 moves the end by more than
         // the radius of a distant sphere.
@@ -183,7 +188,7 @@ impl Shape for Sphere {
             t * f64::from(local.y),
             -d * sin_squared - cos * half_chord,
         );
-        let outward = frame.to_world(from_center.normalize().as_vec3a());
+        let outward = Vec3A::from(frame.to_world(from_center.normalize().as_vec3a().into()));
         let point = self.surface_at(outward.as_dvec3());
         Some(ShapeSample { point, direction, pdf: cone.pdf() })
     }

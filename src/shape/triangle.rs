@@ -215,8 +215,8 @@ pub(super) fn tangents(corners: [Vec3A; 3], uvs: Option<[Vec2; 3]>) -> [Vec3A; 2
             .map(|d| d.as_vec3a())
     });
     by_uv.filter(|[u, v]| u.is_finite() && v.is_finite()).unwrap_or_else(|| {
-        let frame = Frame::from_normal(Triangle::new(corners).normal);
-        [frame.s, frame.t]
+        let frame = Frame::from_normal(Triangle::new(corners).normal.into());
+        [frame.s, frame.t].map(Vec3A::from)
     })
 }
 

@@ -16,7 +16,7 @@ use crate::support::{points, points_3d};
 fn inner_rays(center: DVec3, reach: f64, seed: u64, count: u32) -> impl Iterator<Item = Ray> {
     points_3d(seed, count).zip(points(seed + 1, count)).map(move |(a, b)| {
         let origin = center + (a * 2.0 - 1.0).as_dvec3() * reach;
-        Ray::new(origin.as_vec3a(), warp::square_to_uniform_sphere(b))
+        Ray::new(origin.as_vec3a(), Vec3A::from(warp::square_to_uniform_sphere(b.into())))
     })
 }
 

@@ -19,7 +19,7 @@ fn lit_floor(center: DVec3) -> (Arc<dyn Shape>, Vec<Arc<dyn Shape>>) {
         DAffine3::from_translation(position) * DAffine3::from_scale(DVec3::splat(size))
     };
     let floor = Arc::new(primitives::rectangle(place(at(0.0, 0.0, -0.3), 0.2), false).0);
-    let axes = Frame::from_normal(Vec3A::Y);
+    let axes = Frame::from_normal(Vec3A::Y.into());
     // Seen from inside, and from outside in a cone.
     let around = Sphere::new(center.as_vec3a(), 3.0, axes, true);
     let ball = Sphere::new(at(1.0, 0.5, 0.6).as_vec3a(), 0.3, axes, false);

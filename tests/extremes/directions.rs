@@ -21,8 +21,8 @@ use crate::support::rooms::{NO_ROULETTE, object};
 fn frames_are_orthonormal_near_the_pole() {
     let mut worst = 0.0f64;
     let mut check = |n: Vec3A| {
-        let f = Frame::from_normal(n);
-        let [s, t, n] = [f.s, f.t, f.n].map(|v| v.as_dvec3());
+        let f = Frame::from_normal(n.into());
+        let [s, t, n] = [f.s, f.t, f.n].map(|v| Vec3A::from(v).as_dvec3());
         let lengths = [s, t, n].map(|v| v.length_squared() - 1.0);
         for off in lengths.into_iter().chain([s.dot(t), t.dot(n), n.dot(s)]) {
             worst = worst.max(off.abs());
@@ -53,7 +53,7 @@ fn glass_of_every_index_vanishes_in_a_white_sky() {
 }
 
 fn assert_vanishes(name: &str, bsdf: Box<dyn Bsdf>) {
-    let sphere = Sphere::new(Vec3A::ZERO, 1.0, Frame::from_normal(Vec3A::Z), false);
+    let sphere = Sphere::new(Vec3A::ZERO, 1.0, Frame::from_normal(Vec3A::Z.into()), false);
     let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
     let objects = vec![object(std::sync::Arc::new(sphere), 0, None)];
     let scene = Scene::new(objects, vec![bsdf], vec![sky], Some(0)).expect("valid");

@@ -49,8 +49,8 @@ fn sheet(inner: &TriangleMesh, center: DVec3, distance: f64) -> TriangleMesh {
 
 /// A tube with both its ends, seen from inside.
 fn tube(center: DVec3, size: f64) -> Vec<Arc<dyn Shape>> {
-    let frame = Frame::from_normal(Vec3A::new(0.36, 0.48, 0.8));
-    let [x, y, z] = [frame.s, frame.t, frame.n].map(|v| v.as_dvec3() * size);
+    let frame = Frame::from_normal(Vec3A::new(0.36, 0.48, 0.8).into());
+    let [x, y, z] = [frame.s, frame.t, frame.n].map(|v| Vec3A::from(v).as_dvec3() * size);
     let base = center - z;
     let side = Cylinder::new(base, [x, y, z * 2.0], true).expect("an area");
     // A little larger than the tube, whose ends are rounded.
@@ -98,7 +98,7 @@ fn rooms() -> Vec<Room> {
 fn sees(path: &Path, tracer: &mut Tracer<'_>, from: DVec3, i: u32) -> f32 {
     let sampler = Independent::new(5);
     let mut numbers = PathSampler::new(&sampler, i, 0);
-    let direction = warp::square_to_uniform_sphere(numbers.next_2d());
+    let direction = Vec3A::from(warp::square_to_uniform_sphere(numbers.next_2d().into()));
     path.estimate(tracer, &Ray::new(from.as_vec3a(), direction), &mut numbers).radiance.x
 }
 

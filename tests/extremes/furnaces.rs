@@ -30,7 +30,7 @@ fn rooms(center: DVec3, size: f64) -> [(&'static str, Arc<dyn Shape>); 3] {
     let inside = outside.triangles().iter().map(|&[a, b, c]| [a, c, b]).collect();
     let (mesh, _) = TriangleMesh::new(outside.positions().to_vec(), inside, Vec::new(), Vec::new())
         .expect("valid");
-    let axes = Frame::from_normal(Vec3A::Z);
+    let axes = Frame::from_normal(Vec3A::Z.into());
     let sphere = Sphere::new(center.as_vec3a(), size as f32, axes, true);
     [
         ("cube", Arc::new(primitives::cube(at, true).0)),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec2, Vec3A};
 use telamon::bsdf::{Bsdf, Dielectric, Diffuse, TwoSided};
 use telamon::emitter::{Area, Emitter, EmitterSample, LightOrigin};
 use telamon::integrator::{Integrator, Path, Tracer};
@@ -47,7 +47,7 @@ fn no_ray_meets_the_floor_that_it_leaves() {
                 let origin = target + Vec3A::new(3.0 * (a.z - 0.5), 5.0 * side, 1.0);
                 let ray = Ray::new(origin, (target - origin).normalize());
                 let point = seen(engine.as_ref(), &shapes, &ray);
-                let up = warp::square_to_uniform_hemisphere(b);
+                let up = Vec3A::from(warp::square_to_uniform_hemisphere(b.into()));
                 // Down to 1e-6 above the plane.
                 let flat = Vec3A::new(up.x, up.y, 1e-6).normalize();
                 for local in [up, flat] {
@@ -79,7 +79,7 @@ fn triangles_of_all_shapes_are_left() {
         let shapes = [triangle(corners)];
         for engine in engines(&shapes) {
             for (i, u) in (0..).zip(points_3d(312, 1_000)) {
-                let bary = warp::square_to_uniform_triangle(u.truncate());
+                let bary = Vec2::from(warp::square_to_uniform_triangle(u.truncate().into()));
                 let target =
                     (a + (b - a) * f64::from(bary.x) + (c - a) * f64::from(bary.y)).as_vec3a();
                 let origin = Vec3A::new(u.z, u.x, u.y) * 2.0 - 1.0;
@@ -88,8 +88,9 @@ fn triangles_of_all_shapes_are_left() {
                 // Slivers are often missed: they are thinner than the rounding of the ray.
                 let Some(hit) = engine.closest_hit(&ray) else { continue };
                 let point = shapes[0].surface(&ray, &hit);
-                let away =
-                    warp::square_to_uniform_sphere(points(313 + i, 1).next().expect("one point"));
+                let away = Vec3A::from(warp::square_to_uniform_sphere(
+                    points(313 + i, 1).next().expect("one point").into(),
+                ));
                 let leaving = point.spawn(away);
                 let again = engine.closest_hit(&leaving);
                 assert_eq!(again, None, "{}: {corners:?} {leaving:?}", engine.name());
@@ -138,7 +139,7 @@ fn thin_shells_are_kept_apart() {
     ];
     for engine in engines(&shapes) {
         for u in points(331, 50_000) {
-            let outward = warp::square_to_uniform_sphere(u);
+            let outward = Vec3A::from(warp::square_to_uniform_sphere(u.into()));
             // Off the centre, so that the view is flat here and there.
             let through = Vec3A::new(u.y, -u.x, 0.3) * 0.9 - 0.3;
             let ray = Ray::new(outward * 3.0, (through - outward * 3.0).normalize());
@@ -178,7 +179,7 @@ fn no_light_leaks_through_a_floor() {
     let floor: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(0.0, 10.0), false).0);
     let light: Arc<dyn Shape> = Arc::new(primitives::rectangle(at(-0.1, 5.0), false).0);
     let glass: Arc<dyn Shape> =
-        Arc::new(Sphere::new(Vec3A::Z, 1.0, Frame::from_normal(Vec3A::Z), false));
+        Arc::new(Sphere::new(Vec3A::Z, 1.0, Frame::from_normal(Vec3A::Z.into()), false));
     let emitter = Area::new(Arc::clone(&light), Rgb::ONE).expect("an area");
     let bsdfs: Vec<Box<dyn Bsdf>> = vec![
         Box::new(Diffuse::new(Rgb::splat(0.5))),
@@ -253,7 +254,7 @@ fn smooth_normals_leak_no_light() {
     assert!(smooth.has_vertex_normals());
     let smooth: Arc<dyn Shape> = Arc::new(smooth);
     let lamp = |center: Vec3A| -> Arc<dyn Shape> {
-        Arc::new(Sphere::new(center, 0.2, Frame::from_normal(Vec3A::Z), false))
+        Arc::new(Sphere::new(center, 0.2, Frame::from_normal(Vec3A::Z.into()), false))
     };
     for (lamp, from) in [(lamp(Vec3A::ZERO), Vec3A::Z * 3.0), (lamp(Vec3A::Z * 3.0), Vec3A::ZERO)] {
         let grey = Diffuse::new(Rgb::splat(0.9));
@@ -263,7 +264,7 @@ fn smooth_normals_leak_no_light() {
         let bsdfs: Vec<Box<dyn Bsdf>> = vec![Box::new(both)];
         let scene = Scene::new(objects, bsdfs, vec![Box::new(emitter)], None).expect("valid");
         assert_all_black(&scene, 100_000, |u| {
-            let target = warp::square_to_uniform_sphere(u.truncate()) * 0.9;
+            let target = Vec3A::from(warp::square_to_uniform_sphere(u.truncate().into())) * 0.9;
             Ray::new(from, (target - from).normalize())
         });
     }

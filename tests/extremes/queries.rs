@@ -292,13 +292,14 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
     let (a, b, c) = (11.0f64, 9.7, 1.4);
     let cosine = (a * a + b * b - c * c) / (2.0 * a * b);
     let corner = DVec3::new(b * cosine, b * (1.0 - cosine * cosine).sqrt(), 0.0);
-    let turns: Vec<Frame> =
-        points(151, 4_000).map(|u| Frame::from_normal(warp::square_to_uniform_sphere(u))).collect();
+    let turns: Vec<Frame> = points(151, 4_000)
+        .map(|u| Frame::from_normal(warp::square_to_uniform_sphere(u.into())))
+        .collect();
     let centers: Vec<Vec3A> = points_3d(152, 4_000).map(|u| (u * 2.0 - 1.0) * 400.0).collect();
     let mut positions = Vec::new();
     for (turn, center) in turns.iter().zip(&centers) {
         for p in [DVec3::ZERO, DVec3::X * a, corner] {
-            positions.push(*center + turn.to_world(p.as_vec3a()));
+            positions.push(*center + Vec3A::from(turn.to_world(p.as_vec3a().into())));
         }
     }
     let triangles = (0..4_000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
@@ -308,17 +309,17 @@ fn flat_views_of_thin_triangles_keep_their_distance() {
         let mut hits = 0;
         for (i, (u, w)) in points(153, 1_000_000).zip(points(154, 1_000_000)).enumerate() {
             let primitive = i % 4_000;
-            let b = warp::square_to_uniform_triangle(u);
+            let b = Vec2::from(warp::square_to_uniform_triangle(u.into()));
             let point = corner.as_vec3a() * b.x + Vec3A::X * a as f32 * b.y;
             let turn = &turns[primitive];
-            let target = centers[primitive] + turn.to_world(point);
+            let target = centers[primitive] + Vec3A::from(turn.to_world(point.into()));
             let azimuth = std::f32::consts::TAU * w.x;
             let away = Vec3A::new(
                 flat.cos() * azimuth.cos(),
                 flat.cos() * azimuth.sin(),
                 flat.sin() * (if w.y < 0.5 { 1.0 } else { -1.0 }),
             );
-            let origin = target + turn.to_world(away) * 600.0;
+            let origin = target + Vec3A::from(turn.to_world(away.into())) * 600.0;
             let ray = Ray::new(origin, (target - origin).normalize());
             let Some(hit) = engine.closest_hit(&ray) else { continue };
             // Others are seen from every angle; those have no bound.
@@ -361,7 +362,10 @@ fn occlusion_is_whether_there_is_a_hit() {
     for engine in engines(&shapes) {
         let mut hits = 0;
         for (a, b) in points_3d(171, 100_000).zip(points(172, 100_000)) {
-            let ray = Ray::new((a * 2.0 - 1.0) * 5.0, warp::square_to_uniform_sphere(b));
+            let ray = Ray::new(
+                (a * 2.0 - 1.0) * 5.0,
+                Vec3A::from(warp::square_to_uniform_sphere(b.into())),
+            );
             let Some(hit) = engine.closest_hit(&ray) else {
                 assert!(!engine.occluded(&ray), "{}: {ray:?}", engine.name());
                 continue;
@@ -393,10 +397,10 @@ fn positions_do_not_depend_on_the_distance() {
     for engine in engines(&[Arc::clone(&shape)]) {
         let mut hits = 0;
         for (u, w) in points(181, 20_000).zip(points(182, 20_000)) {
-            let b = warp::square_to_uniform_triangle(u);
+            let b = Vec2::from(warp::square_to_uniform_triangle(u.into()));
             let target =
                 corners[0] + (corners[1] - corners[0]) * b.x + (corners[2] - corners[0]) * b.y;
-            let away = warp::square_to_uniform_sphere(w);
+            let away = Vec3A::from(warp::square_to_uniform_sphere(w.into()));
             let ray = Ray::new(target + away * 1e6, -away);
             let Some(hit) = engine.closest_hit(&ray) else { continue };
             hits += 1;

@@ -62,14 +62,14 @@ fn pictures(scene: &Scene, max_depth: u32) -> Vec<(String, Vec<f64>)> {
     let integrator = Path::new(&settings, scene);
     let sampler = Independent::new(7);
     let from = Vec3A::new(0.3, 5.0, 0.7);
-    let view = Frame::from_normal(from.normalize());
+    let view = Frame::from_normal(from.normalize().into());
     let pixel = |tracer: &mut Tracer<'_>, pixel: u32| {
         let corner = glam::Vec2::new((pixel % SIDE) as f32, (pixel / SIDE) as f32);
         let sum: f64 = (0..SAMPLES)
             .map(|sample| {
                 let mut numbers = PathSampler::new(&sampler, pixel, sample);
                 let p = (corner + numbers.next_2d()) / SIDE as f32 * 2.0 - 1.0;
-                let target = view.to_world(p.extend(0.0).into());
+                let target = Vec3A::from(view.to_world(p.extend(0.0).into()));
                 let ray = Ray::new(from, (target - from).normalize());
                 f64::from(integrator.estimate(tracer, &ray, &mut numbers).radiance.x)
             })
@@ -221,7 +221,7 @@ fn a_normal_within_the_surface_scatters_half() {
         let sampler = Independent::new(4);
         Moments::of((0..400_000).map(|i| {
             let mut numbers = PathSampler::new(&sampler, i, 0);
-            let from = warp::square_to_uniform_hemisphere(numbers.next_2d());
+            let from = Vec3A::from(warp::square_to_uniform_hemisphere(numbers.next_2d().into()));
             let ray = Ray::new(from, -from);
             f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
         }))
@@ -250,13 +250,13 @@ fn no_opaque_shell_leaks() {
     let (inside, outside) = (Vec3A::ZERO, Vec3A::Z * 3.0);
     for shell in shells {
         for (center, from) in [(inside, outside), (outside, inside)] {
-            let frame = Frame::from_normal(Vec3A::Z);
+            let frame = Frame::from_normal(Vec3A::Z.into());
             let lamp: Arc<dyn Shape> = Arc::new(Sphere::new(center, 0.2, frame, false));
             let light = Area::new(Arc::clone(&lamp), Rgb::ONE).expect("an area");
             let objects = vec![object(sphere(6, 10, true), 0, None), object(lamp, 0, Some(0))];
             let scene = Scene::new(objects, vec![shell()], vec![Box::new(light)], None);
             assert_all_black(&scene.expect("valid"), 30_000, |u| {
-                let target = warp::square_to_uniform_sphere(u.truncate()) * 0.9;
+                let target = Vec3A::from(warp::square_to_uniform_sphere(u.truncate().into())) * 0.9;
                 Ray::new(from, (target - from).normalize())
             });
         }

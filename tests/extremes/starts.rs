@@ -57,7 +57,8 @@ fn lit_box(place: DAffine3, ground: f64, walls: usize) -> Scene {
     objects.push(object(wall(place, middle + up, x, y), 1, None));
     let scale = place.matrix3.x_axis.length();
     let center = place.transform_point3(middle).as_vec3a();
-    let lamp = Sphere::new(center, (0.2 * scale) as f32, Frame::from_normal(Vec3A::Z), false);
+    let lamp =
+        Sphere::new(center, (0.2 * scale) as f32, Frame::from_normal(Vec3A::Z.into()), false);
     let lamp: Arc<dyn Shape> = Arc::new(lamp);
     let light = Area::new(Arc::clone(&lamp), Rgb::splat(100.0)).expect("an area");
     objects.push(object(lamp, 1, Some(0)));
@@ -191,7 +192,7 @@ fn a_lamp_close_to_the_floor_is_seen_whole() {
 /// spheres from 1 to 10⁶ and on a plane.
 fn under_ball(radius: f64, ground: Arc<dyn Shape>, at: f64, lifted: f64) -> Vec<(String, Moments)> {
     let center = Vec3A::Z * (radius + lifted) as f32;
-    let axes = Frame::from_normal(Vec3A::Z);
+    let axes = Frame::from_normal(Vec3A::Z.into());
     let ball: Arc<dyn Shape> = Arc::new(Sphere::new(center, radius as f32, axes, false));
     let bsdfs: Vec<Box<dyn Bsdf>> =
         vec![Box::new(Diffuse::new(Rgb::splat(0.5))), Box::new(Diffuse::new(Rgb::ZERO))];
@@ -211,7 +212,7 @@ fn a_small_ball_casts_its_shadow_on_a_large_ground() {
     };
     let globe = |radius: f32| -> Arc<dyn Shape> {
         let center = Vec3A::NEG_Z * radius;
-        Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Z), false))
+        Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Z.into()), false))
     };
     let expected = |at: f64| 0.5 * (1.0 - (1.0 / (at * at + 1.0).sqrt()).powi(3));
     let radius = 5e-4;

@@ -101,7 +101,12 @@ pub(crate) fn mixed_scales(rings: u32) -> Vec<Arc<dyn Shape>> {
 }
 
 fn ball() -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(Vec3A::new(1.0, 0.5, 0.0), 0.75, Frame::from_normal(Vec3A::Z), false))
+    Arc::new(Sphere::new(
+        Vec3A::new(1.0, 0.5, 0.0),
+        0.75,
+        Frame::from_normal(Vec3A::Z.into()),
+        false,
+    ))
 }
 
 fn disk() -> Arc<dyn Shape> {

@@ -53,7 +53,7 @@ pub(crate) fn square(half: f64, center: Vec3A) -> Arc<dyn Shape> {
 }
 
 pub(crate) fn sphere(center: Vec3A, radius: f32) -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Y), false))
+    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Y.into()), false))
 }
 
 /// A triangle that faces those who see its corners counter-clockwise.
@@ -115,7 +115,8 @@ pub(crate) fn lights() -> Vec<Light> {
             PI * ratio * ratio,
         ));
     }
-    let around = Sphere::new(Vec3A::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3A::Y), true);
+    let around =
+        Sphere::new(Vec3A::new(0.5, 0.3, -0.6), 2.0, Frame::from_normal(Vec3A::Y.into()), true);
     lights.push(light(&["sphere"], "sphere around".into(), Arc::new(around), PI));
     // From the middle of its lower end, all but the upper end: 1 − r²/(r² + l²).
     let axes = [DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::Z * 2.0];

@@ -47,7 +47,7 @@ pub(crate) fn closed_cube() -> Arc<dyn Shape> {
 
 /// The inside of the unit sphere.
 pub(crate) fn closed_sphere() -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(Vec3A::ZERO, 1.0, Frame::from_normal(Vec3A::Z), true))
+    Arc::new(Sphere::new(Vec3A::ZERO, 1.0, Frame::from_normal(Vec3A::Z.into()), true))
 }
 
 /// A closed room whose walls emit 1 and have this albedo: radiance 1/(1 − albedo) everywhere.
@@ -77,7 +77,7 @@ pub(crate) fn estimates(
     let values = (0..count)
         .map(|i| {
             let mut numbers = PathSampler::new(&sampler, i, 0);
-            let direction = warp::square_to_uniform_sphere(numbers.next_2d());
+            let direction = Vec3A::from(warp::square_to_uniform_sphere(numbers.next_2d().into()));
             let ray = Ray::new(from, direction);
             f64::from(integrator.estimate(&mut tracer, &ray, &mut numbers).radiance.x)
         })

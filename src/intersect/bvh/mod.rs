@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use super::accel::{RustModes, TriangleTest};
 use super::groups::{build_groups, distinct};
-use super::lanes::Simd;
 use super::spurious::{Doubt, intersect_analytic};
 use super::triangle::{Corners, Plain, Watertight};
 use super::{BuildError, Intersector, for_each_ray, reach};
+use crate::math::real::Level;
 use crate::ray::{Hit, Ray};
 use crate::shape::{Geometry, Shape};
 
@@ -30,6 +30,9 @@ use node::{Child, Node, Pack};
 use traverse::{Found, Inner, Walk};
 pub use validate::Flaw;
 
+/// Boxes in a node, and triangles in a leaf: as many as lanes.
+const LANES: usize = 8;
+
 /// A tree of boxes, built by the surface area heuristic.
 #[derive(Debug)]
 pub struct Bvh {
@@ -44,7 +47,7 @@ pub struct Bvh {
     /// By shape: the tree over a mesh that deforms.
     moving: Vec<Option<MovingTree>>,
     modes: RustModes,
-    simd: Simd,
+    level: Level,
     /// See [`reach`].
     reach: f32,
 }
@@ -64,9 +67,9 @@ impl Bvh {
         let packs = tree.leaves.par_iter().map(pack).collect();
         let groups = build_groups(shapes, |members| Self::new(modes, members))?;
         let moving = shapes.iter().map(MovingTree::new).collect();
-        let simd = Simd::detect();
+        let level = Level::detect();
         let (reach, shapes) = (reach(shapes), shapes.to_vec());
-        Ok(Self { nodes: tree.nodes, packs, shapes, offsets, groups, moving, modes, simd, reach })
+        Ok(Self { nodes: tree.nodes, packs, shapes, offsets, groups, moving, modes, level, reach })
     }
 
     /// The nearest hit with a shape that has a test of its own or, if `ANY`, just some hit.
@@ -108,8 +111,8 @@ impl Bvh {
             return None;
         }
         match self.modes.triangle {
-            TriangleTest::Watertight => self.simd.run(Walk::<Watertight, ANY>::new(self, *ray)),
-            TriangleTest::Plain => self.simd.run(Walk::<Plain, ANY>::new(self, *ray)),
+            TriangleTest::Watertight => self.level.run(Walk::<Watertight, ANY>::new(self, *ray)),
+            TriangleTest::Plain => self.level.run(Walk::<Plain, ANY>::new(self, *ray)),
         }
     }
 }

@@ -7,13 +7,14 @@ use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::LANES;
 use super::build::{self, Reference, outward};
 use super::node::{Child, ChildKind, Node, Slabs};
 use super::traverse::{Entry, STACK, sort_descending, without_denormals};
-use crate::intersect::lanes::{LANES, Lanes, Simd, Task};
 use crate::intersect::spurious::{Doubt, meets_triangle};
 use crate::intersect::triangle::{RayTriangle, TriangleHit, Watertight, in_f64};
 use crate::math::Aabb;
+use crate::math::real::{Lanes, Level, Mask, Simd, Task, f32x8};
 use crate::ray::{Hit, Ray};
 use crate::shape::{DeformingMesh, Geometry, Shape};
 
@@ -22,7 +23,7 @@ use crate::shape::{DeformingMesh, Geometry, Shape};
 pub(in crate::intersect) struct MovingTree {
     shape: Arc<dyn Shape>,
     parts: Vec<Part>,
-    simd: Simd,
+    level: Level,
 }
 
 /// A part of the shutter.
@@ -42,7 +43,7 @@ impl MovingTree {
         };
         let moments = mesh.moments();
         let parts = moments.windows(2).map(|pair| Part::new(mesh, pair[0], pair[1])).collect();
-        Some(Self { shape: Arc::clone(shape), parts, simd: Simd::detect() })
+        Some(Self { shape: Arc::clone(shape), parts, level: Level::detect() })
     }
 
     fn mesh(&self) -> &DeformingMesh {
@@ -64,7 +65,7 @@ impl MovingTree {
         }
         let ray = Ray { direction: without_denormals(ray.direction), ..*ray };
         let walk = Walk::<ANY> { mesh: self.mesh(), part, ray, doubt };
-        let (TriangleHit { t, u, v }, primitive) = self.simd.run(walk)?;
+        let (TriangleHit { t, u, v }, primitive) = self.level.run(walk)?;
         Some(Hit { t, u, v, shape: 0, primitive, member: 0 })
     }
 
@@ -137,11 +138,11 @@ impl<const ANY: bool> Task for Walk<'_, ANY> {
     type Output = Option<(TriangleHit, u32)>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
         let Self { mesh, part, mut ray, doubt } = self;
         let (test, slabs) = (Watertight::new(&ray), Slabs::new(&ray));
         let fraction = part.fraction(ray.time);
-        let t_min = lanes.splat(ray.t_min);
+        let t_min = f32x8::splat(simd, ray.t_min);
         let mut found: Option<(TriangleHit, u32)> = None;
         let mut stack = ArrayVec::<Entry, STACK>::new();
         let mut child = Child::new(ChildKind::Node(0));
@@ -149,14 +150,17 @@ impl<const ANY: bool> Task for Walk<'_, ANY> {
             match child.kind() {
                 ChildKind::Node(index) => {
                     let [begin, end] = &part.nodes[index];
-                    let node = begin.between(lanes, end, fraction);
-                    let (mut mask, near) = slabs.enter(lanes, &node, t_min, lanes.splat(ray.t_max));
-                    let near = lanes.store(near);
+                    let node = begin.between(simd, end, fraction);
+                    let t_max = f32x8::splat(simd, ray.t_max);
+                    let (entered, distance) = slabs.enter(&node, t_min, t_max);
+                    let mut mask = entered.bits();
+                    let mut near = [0.0; LANES];
+                    distance.store(&mut near);
                     let waiting = stack.len();
                     while mask != 0 {
                         let i = mask.trailing_zeros() as usize % LANES;
                         mask &= mask - 1;
-                        stack.push(Entry::new(near.0[i], node.child(i)));
+                        stack.push(Entry::new(near[i], node.child(i)));
                     }
                     sort_descending(&mut stack[waiting..]);
                 }

@@ -1,9 +1,10 @@
 //! Nodes of the tree and the leaves' triangles, as they lie in memory, and the test of a ray against
 //! the boxes of a node.
 
-use crate::intersect::lanes::{F32x8, LANES, Lanes, U32x8};
+use super::LANES;
 use crate::intersect::triangle::{Corners, Corners8};
 use crate::math::Aabb;
+use crate::math::real::{Lanes, Real, Simd, Uint, f32x8, mask32x8, u32x8};
 use crate::ray::Ray;
 
 /// Boxes of up to eight children and what is in them. Four cache lines.
@@ -11,7 +12,7 @@ use crate::ray::Ray;
 #[repr(C, align(64))]
 pub(super) struct Node {
     /// By axis: the lower planes of all boxes, then the upper ones.
-    planes: [[F32x8; 2]; 3],
+    planes: [[[f32; LANES]; 2]; 3],
     children: [Child; LANES],
 }
 
@@ -76,14 +77,14 @@ impl Child {
 impl Node {
     /// A node without children: boxes that no ray enters.
     pub(super) const EMPTY: Self = Self {
-        planes: [[F32x8([f32::INFINITY; LANES]), F32x8([f32::NEG_INFINITY; LANES])]; 3],
+        planes: [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3],
         children: [Child(0); LANES],
     };
 
     pub(super) fn set(&mut self, i: usize, bounds: &Aabb, child: Child) {
         for (axis, [lower, upper]) in self.planes.iter_mut().enumerate() {
-            lower.0[i] = bounds.min[axis];
-            upper.0[i] = bounds.max[axis];
+            lower[i] = bounds.min[axis];
+            upper[i] = bounds.max[axis];
         }
         self.children[i] = child;
     }
@@ -94,7 +95,7 @@ impl Node {
     }
 
     pub(super) fn bounds(&self, i: usize) -> Aabb {
-        let corner = |side: usize| self.planes.map(|planes| planes[side].0[i]).into();
+        let corner = |side: usize| self.planes.map(|planes| planes[side][i]).into();
         Aabb { min: corner(0), max: corner(1) }
     }
 
@@ -117,7 +118,7 @@ impl Node {
     /// [`Node::between`] two of them is as empty.
     pub(super) fn moving(&self) -> Self {
         const FAR: f32 = f32::MAX / 4.0;
-        Self { planes: [[F32x8([FAR; LANES]), F32x8([-FAR; LANES])]; 3], children: self.children }
+        Self { planes: [[[FAR; LANES], [-FAR; LANES]]; 3], children: self.children }
     }
 
     /// The box around all children.
@@ -127,14 +128,13 @@ impl Node {
 
     /// The node on its way to be `end`, for a fraction of it from 0 to 1.
     #[inline(always)]
-    pub(super) fn between<L: Lanes>(&self, lanes: L, end: &Self, fraction: f32) -> Self {
-        let (rest, fraction) = (lanes.splat(1.0 - fraction), lanes.splat(fraction));
+    pub(super) fn between<S: Simd>(&self, simd: S, end: &Self, fraction: f32) -> Self {
         let mut node = self.clone();
         for axis in 0..3 {
             for side in 0..2 {
-                let begin = lanes.mul(lanes.load(&self.planes[axis][side]), rest);
-                let end = lanes.mul(lanes.load(&end.planes[axis][side]), fraction);
-                node.planes[axis][side] = lanes.store(lanes.add(begin, end));
+                let begin = f32x8::load(simd, &self.planes[axis][side]) * (1.0 - fraction);
+                let end = f32x8::load(simd, &end.planes[axis][side]) * fraction;
+                (begin + end).store(&mut node.planes[axis][side]);
             }
         }
         node
@@ -171,33 +171,31 @@ impl Slabs {
         Self { origin: ray.origin.to_array(), inverse, first }
     }
 
-    /// Bit i: whether the ray may hit something in box i within `[t_min, t_max]`; and where it enters
-    /// the box, or `t_min`.
+    /// Whether the ray may hit something in each box within `[t_min, t_max]`; and where it enters the box, or
+    /// `t_min`.
     #[inline(always)]
-    pub(super) fn enter<L: Lanes>(
+    pub(super) fn enter<S: Simd>(
         &self,
-        lanes: L,
         node: &Node,
-        t_min: L::Vector,
-        t_max: L::Vector,
-    ) -> (u32, L::Vector) {
-        let near = |axis: usize| self.distance(lanes, node, axis, self.first[axis]);
-        let far = |axis: usize| self.distance(lanes, node, axis, 1 - self.first[axis]);
+        t_min: f32x8<S>,
+        t_max: f32x8<S>,
+    ) -> (mask32x8<S>, f32x8<S>) {
+        let near = |axis: usize| self.distance(t_min.token(), node, axis, self.first[axis]);
+        let far = |axis: usize| self.distance(t_min.token(), node, axis, 1 - self.first[axis]);
         let near = [near(0), near(1), near(2)];
         let far = [far(0), far(1), far(2)];
         // A NaN must be the first operand, so that the other comes out of it; two of three axes may be
         // ignored with it, which makes the box larger.
-        let near = lanes.max(lanes.max(near[0], near[1]), lanes.max(near[2], t_min));
-        let far = lanes.min(lanes.min(far[0], far[1]), lanes.min(far[2], t_max));
-        (lanes.le(near, lanes.mul(far, lanes.splat(WIDEN))), near)
+        let near = near[0].max(near[1]).max(near[2].max(t_min));
+        let far = far[0].min(far[1]).min(far[2].min(t_max));
+        (near.le(far * WIDEN), near)
     }
 
     /// Where the ray meets the lower (0) or upper (1) planes of the boxes on an axis.
     #[inline(always)]
-    fn distance<L: Lanes>(&self, lanes: L, node: &Node, axis: usize, side: usize) -> L::Vector {
-        let plane = lanes.load(&node.planes[axis][side & 1]);
-        let distance = lanes.sub(plane, lanes.splat(self.origin[axis]));
-        lanes.mul(distance, lanes.splat(self.inverse[axis]))
+    fn distance<S: Simd>(&self, simd: S, node: &Node, axis: usize, side: usize) -> f32x8<S> {
+        let plane = f32x8::load(simd, &node.planes[axis][side & 1]);
+        (plane - self.origin[axis]) * self.inverse[axis]
     }
 
     /// The end of the segment as `enter` sees it.
@@ -212,47 +210,46 @@ impl Slabs {
 #[repr(C, align(64))]
 pub(super) struct Pack {
     pub(super) corners: Corners8,
-    /// Indices of the primitives in the scene; the highest bit is set in lanes that are free.
-    ids: U32x8,
+    /// Indices of the primitives in the scene, [`Self::FREE`] in lanes without one.
+    ids: [u32; LANES],
 }
 
 impl Pack {
-    const FREE: u32 = 1 << 31;
+    const FREE: u32 = u32::MAX;
 
     /// Of the first eight triangles.
     pub(super) fn new(ids: &[u32], corners: impl Fn(u32) -> Corners) -> Self {
-        let mut pack =
-            Self { corners: [[F32x8([0.0; LANES]); 3]; 3], ids: U32x8([Self::FREE; LANES]) };
+        let mut pack = Self { corners: [[[0.0; LANES]; 3]; 3], ids: [Self::FREE; LANES] };
         for (lane, &id) in ids.iter().enumerate().take(LANES) {
-            pack.ids.0[lane] = id;
+            pack.ids[lane] = id;
             for (i, corner) in corners(id).iter().enumerate() {
                 for (axis, &coordinate) in corner.iter().enumerate() {
-                    pack.corners[axis][i].0[lane] = coordinate;
+                    pack.corners[axis][i][lane] = coordinate;
                 }
             }
         }
         pack
     }
 
-    /// Bit i: lane i holds a triangle.
+    /// Whether each lane holds a triangle.
     #[inline(always)]
-    pub(super) fn occupied<L: Lanes>(&self, lanes: L) -> u32 {
-        !lanes.high_bits(&self.ids)
+    pub(super) fn occupied<S: Simd>(&self, simd: S) -> mask32x8<S> {
+        !u32x8::load(simd, &self.ids).eq(Self::FREE)
     }
 
     pub(super) fn is_occupied(&self, lane: usize) -> bool {
-        self.ids.0[lane] & Self::FREE == 0
+        self.ids[lane] != Self::FREE
     }
 
     /// Index in the scene.
     #[inline(always)]
     pub(super) fn id(&self, lane: usize) -> u32 {
-        self.ids.0[lane]
+        self.ids[lane]
     }
 
     #[inline(always)]
     pub(super) fn corners(&self, lane: usize) -> Corners {
-        let corner = |i: usize| self.corners.each_ref().map(|axis: &[F32x8; 3]| axis[i].0[lane]);
+        let corner = |i: usize| self.corners.each_ref().map(|axis| axis[i][lane]);
         [corner(0), corner(1), corner(2)]
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3A;
 
 use super::node::ChildKind;
 use super::*;
-use crate::intersect::lanes::Portable;
+use crate::intersect::triangle::tests::Candidates;
 use crate::intersect::triangle::{RayTriangle, TriangleHit};
 use crate::math::{Aabb, Frame, warp};
 use crate::sampler::{Independent, PathSampler};
@@ -37,7 +37,7 @@ fn small_triangle(u: &mut PathSampler, size: f32) -> [Vec3A; 3] {
 }
 
 fn sphere(center: Vec3A, radius: f32) -> Arc<dyn Shape> {
-    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Z), false))
+    Arc::new(Sphere::new(center, radius, Frame::from_normal(Vec3A::Z.into()), false))
 }
 
 /// An axis-parallel grid of unit cubes, whose faces coincide.
@@ -171,7 +171,7 @@ fn flaws_are_found() {
         "child 0 of node 0 reaches out of its box",
     );
     assert_eq!(
-        flawed(&|bvh| bvh.packs[0].corners[1][2].0[0] += 1.0),
+        flawed(&|bvh| bvh.packs[0].corners[1][2][0] += 1.0),
         format!(
             "pack 0 has another triangle than the scene's primitive {}",
             build_mode(TriangleTest::Plain, &scene).packs[0].id(0)
@@ -205,7 +205,7 @@ fn rays(bvh: &Bvh) -> Vec<Ray> {
             _ => (corners[0] + corners[1] + corners[2]) / 3.0,
         };
         let direction = match i / 4 % 5 {
-            0 | 1 => warp::square_to_uniform_sphere(u.next_2d()),
+            0 | 1 => Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into())),
             // Along an axis, or nearly: the other components are ±0, denormal, or small.
             kind => {
                 let small = [0f32, 1e-42, 1e-32, 1e-20, 1e-8, 1e-6];
@@ -230,8 +230,9 @@ fn brute_force(bvh: &Bvh, ray: &Ray) -> Option<Found> {
     let test = Watertight::new(ray);
     let mut hits = Vec::new();
     for pack in &bvh.packs {
-        let candidates = test.candidates(Portable, &pack.corners) & pack.occupied(Portable);
-        for lane in (0..8).filter(|lane| candidates >> lane & 1 == 1) {
+        let candidates = Level::baseline().run(Candidates(test, &pack.corners));
+        let candidate = |lane: &usize| candidates >> lane & 1 == 1 && pack.is_occupied(*lane);
+        for lane in (0..LANES).filter(candidate) {
             if let Some(TriangleHit { t, u, v }) = test.hit(ray, &pack.corners(lane)) {
                 hits.push(Found { t, u, v, id: pack.id(lane), inner: Inner::NONE });
             }
@@ -272,7 +273,7 @@ fn the_tree_changes_no_answer() {
     }
 }
 
-/// The same bits from AVX2 as from plain Rust.
+/// The same bits from the best level as from the baseline.
 #[test]
 fn processors_agree() {
     for (name, scene) in nasty() {
@@ -283,7 +284,7 @@ fn processors_agree() {
                 rays.iter().map(|ray| (bvh.trace::<false>(ray), bvh.trace::<true>(ray))).collect()
             };
             let detected = trace(&bvh);
-            bvh.simd = Simd::Portable;
+            bvh.level = Level::baseline();
             assert!(trace(&bvh) == detected, "{name}, {triangle:?}");
         }
     }

@@ -5,11 +5,11 @@ use std::marker::PhantomData;
 use arrayvec::ArrayVec;
 use glam::Vec3A;
 
-use super::Bvh;
 use super::node::{Child, ChildKind, Slabs};
-use crate::intersect::lanes::{LANES, Lanes, Task};
+use super::{Bvh, LANES};
 use crate::intersect::spurious::{Doubt, meets_triangle};
 use crate::intersect::triangle::{RayTriangle, TriangleHit, in_f64};
+use crate::math::real::{Lanes, Mask, Simd, Task, f32x8};
 use crate::ray::Ray;
 
 /// Nodes on the way from the root to a leaf, at most.
@@ -93,13 +93,13 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
     type Output = Option<Found>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Option<Found> {
+    fn run<S: Simd>(self, simd: S) -> Option<Found> {
         let Self { bvh, mut ray, .. } = self;
         let test = T::new(&ray);
         let slabs = Slabs::new(&ray);
         let doubt = Doubt::new(&ray, bvh.reach);
-        let t_min = lanes.splat(ray.t_min);
-        let mut t_max = lanes.splat(ray.t_max);
+        let t_min = f32x8::splat(simd, ray.t_min);
+        let mut t_max = f32x8::splat(simd, ray.t_max);
         let mut found: Option<Found> = None;
         let mut stack = ArrayVec::<Entry, STACK>::new();
         let mut child = Child::new(ChildKind::Node(0));
@@ -107,16 +107,18 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
             match child.kind() {
                 ChildKind::Node(index) => {
                     let node = &bvh.nodes[index];
-                    let (mut mask, near) = slabs.enter(lanes, node, t_min, t_max);
+                    let (entered, distance) = slabs.enter(node, t_min, t_max);
+                    let mut mask = entered.bits();
                     if mask != 0 {
-                        let near = lanes.store(near);
+                        let mut near = [0.0; LANES];
+                        distance.store(&mut near);
                         let first = mask.trailing_zeros() as usize % LANES;
                         mask &= mask - 1;
                         if mask == 0 {
                             child = node.child(first);
                             continue;
                         }
-                        let entry = |i: usize| Entry::new(near.0[i], node.child(i));
+                        let entry = |i: usize| Entry::new(near[i], node.child(i));
                         let second = mask.trailing_zeros() as usize % LANES;
                         mask &= mask - 1;
                         let (a, b) = (entry(first), entry(second));
@@ -139,7 +141,8 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                 }
                 ChildKind::Triangles(index) => {
                     let pack = &bvh.packs[index];
-                    let mut mask = test.candidates(lanes, &pack.corners) & pack.occupied(lanes);
+                    let candidates = test.candidates(simd, &pack.corners) & pack.occupied(simd);
+                    let mut mask = candidates.bits();
                     while mask != 0 {
                         let lane = mask.trailing_zeros() as usize % LANES;
                         mask &= mask - 1;
@@ -156,20 +159,20 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                                 return found;
                             }
                             ray.t_max = hit.t;
-                            t_max = lanes.splat(hit.t);
+                            t_max = f32x8::splat(simd, hit.t);
                         }
                     }
                 }
                 ChildKind::Shape(shape) => {
-                    if let Some(hit) = bvh.intersect_shape::<ANY>(shape, &ray, doubt) {
-                        if !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id) {
-                            found = Some(hit);
-                            if ANY {
-                                return found;
-                            }
-                            ray.t_max = hit.t;
-                            t_max = lanes.splat(hit.t);
+                    if let Some(hit) = bvh.intersect_shape::<ANY>(shape, &ray, doubt)
+                        && !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id)
+                    {
+                        found = Some(hit);
+                        if ANY {
+                            return found;
                         }
+                        ray.t_max = hit.t;
+                        t_max = f32x8::splat(simd, hit.t);
                     }
                 }
             }

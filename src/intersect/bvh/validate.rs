@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::node::{Child, ChildKind};
 use super::traverse::MAX_DEPTH;
 use super::{Bvh, build, corners};
-use crate::intersect::lanes::LANES;
+use crate::intersect::bvh::LANES;
 use crate::math::Aabb;
 
 /// What is wrong with a tree.
@@ -95,10 +95,10 @@ impl Bvh {
                     return Err(Flaw::BoxTooSmall { node, child: i });
                 }
                 // What was found twice may be a circle.
-                if let ChildKind::Node(index) = child.kind() {
-                    if seen.nodes[index] == 1 {
-                        waiting.push((index, depth + 1));
-                    }
+                if let ChildKind::Node(index) = child.kind()
+                    && seen.nodes[index] == 1
+                {
+                    waiting.push((index, depth + 1));
                 }
             }
         }

@@ -6,19 +6,19 @@
 
 use glam::{DVec3, Vec3};
 
-use super::lanes::{F32x8, Lanes};
+use crate::math::real::{Real, Simd, f32x8, mask32x8};
 use crate::ray::Ray;
 
 mod plain;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod watertight;
 
 pub(super) use plain::Plain;
 pub(super) use watertight::Watertight;
 
 /// Corners of eight triangles: by axis, then by corner.
-pub(super) type Corners8 = [[F32x8; 3]; 3];
+pub(super) type Corners8 = [[[f32; 8]; 3]; 3];
 
 /// Corners of one triangle.
 pub(super) type Corners = [[f32; 3]; 3];
@@ -41,21 +41,20 @@ pub(super) struct TriangleHit {
 pub(super) trait RayTriangle: Copy {
     fn new(ray: &Ray) -> Self;
 
-    /// Bit i: whether the line of the ray may meet triangle i.
-    fn candidates<L: Lanes>(&self, lanes: L, triangles: &Corners8) -> u32;
+    /// Whether the line of the ray may meet each triangle.
+    fn candidates<S: Simd>(&self, simd: S, triangles: &Corners8) -> mask32x8<S>;
 
     /// The hit of a candidate, on either side and within the segment of the ray.
     fn hit(&self, ray: &Ray, corners: &Corners) -> Option<TriangleHit>;
 }
 
-/// Bit i: whether the three numbers have no two different signs, those of no more than `error` having
-/// none. The sign of NaN is not known: a number that a NaN hides from `min` or `max` rules nothing out.
+/// Whether the three numbers have no two different signs, those of no more than `error` having none. The
+/// sign of NaN is not known: a number that a NaN hides from `min` or `max` rules nothing out.
 #[inline(always)]
-fn same_sign<L: Lanes>(lanes: L, [a, b, c]: [L::Vector; 3], error: L::Vector) -> u32 {
-    let least = lanes.min(lanes.min(a, b), c);
-    let most = lanes.max(lanes.max(a, b), c);
-    let below = lanes.lt(lanes.add(least, error), lanes.splat(0.0));
-    !(below & lanes.lt(error, most)) & 0xff
+fn same_sign<S: Simd>([a, b, c]: [f32x8<S>; 3], error: f32x8<S>) -> mask32x8<S> {
+    let least = a.min(b).min(c);
+    let most = a.max(b).max(c);
+    !((least + error).lt(0.0) & error.lt(most))
 }
 
 /// Möller and Trumbore's solution in f64.

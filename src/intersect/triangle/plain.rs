@@ -1,9 +1,8 @@
 //! The test of Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (1997).
 
-use glam::Vec3;
-
 use super::{Corners, Corners8, RayTriangle, Solution, TriangleHit, same_sign, within};
-use crate::intersect::lanes::Lanes;
+use crate::math::real::{Lanes, Simd, f32x8, mask32x8};
+use crate::math::vector::Vec3;
 use crate::ray::Ray;
 
 /// How far outside, in barycentric weights, a hit may truly be. Where f32 is farther off it has lost all
@@ -19,28 +18,11 @@ pub(in crate::intersect) struct Plain {
     direction: Vec3,
 }
 
-type Vectors<L> = [<L as Lanes>::Vector; 3];
-
+/// One corner of eight triangles.
 #[inline(always)]
-fn sub<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>) -> Vectors<L> {
-    [lanes.sub(a[0], b[0]), lanes.sub(a[1], b[1]), lanes.sub(a[2], b[2])]
-}
-
-#[inline(always)]
-fn dot<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>) -> L::Vector {
-    let [x, y, z] = [lanes.mul(a[0], b[0]), lanes.mul(a[1], b[1]), lanes.mul(a[2], b[2])];
-    lanes.add(lanes.add(x, y), z)
-}
-
-#[inline(always)]
-fn cross<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>) -> Vectors<L> {
-    [minor(lanes, a, b, 1, 2), minor(lanes, a, b, 2, 0), minor(lanes, a, b, 0, 1)]
-}
-
-/// `a[i] b[j] - a[j] b[i]`.
-#[inline(always)]
-fn minor<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>, i: usize, j: usize) -> L::Vector {
-    lanes.sub(lanes.mul(a[i], b[j]), lanes.mul(a[j], b[i]))
+fn corner<S: Simd>(simd: S, triangles: &Corners8, i: usize) -> Vec3<f32x8<S>> {
+    let [x, y, z] = triangles;
+    Vec3::new(f32x8::load(simd, &x[i]), f32x8::load(simd, &y[i]), f32x8::load(simd, &z[i]))
 }
 
 impl RayTriangle for Plain {
@@ -50,19 +32,19 @@ impl RayTriangle for Plain {
     }
 
     #[inline(always)]
-    fn candidates<L: Lanes>(&self, lanes: L, triangles: &Corners8) -> u32 {
-        let corner = |i: usize| triangles.each_ref().map(|axis| lanes.load(&axis[i]));
-        let direction = self.direction.to_array().map(|d| lanes.splat(d));
-        let origin = self.origin.to_array().map(|o| lanes.splat(o));
-        let (a, b, c) = (corner(0), corner(1), corner(2));
-        let (edge_1, edge_2) = (sub(lanes, b, a), sub(lanes, c, a));
-        let p = cross(lanes, direction, edge_2);
-        let determinant = dot(lanes, edge_1, p);
-        let to_origin = sub(lanes, origin, a);
-        let u = dot(lanes, to_origin, p);
-        let v = dot(lanes, direction, cross(lanes, to_origin, edge_1));
-        let w = lanes.sub(determinant, lanes.add(u, v));
-        same_sign(lanes, [u, v, w], lanes.splat(0.0))
+    fn candidates<S: Simd>(&self, simd: S, triangles: &Corners8) -> mask32x8<S> {
+        let [a, b, c] =
+            [corner(simd, triangles, 0), corner(simd, triangles, 1), corner(simd, triangles, 2)];
+        let (origin, direction) =
+            (Vec3::splat(simd, self.origin), Vec3::splat(simd, self.direction));
+        let (edge_1, edge_2) = (b - a, c - a);
+        let p = direction.cross(edge_2);
+        let determinant = edge_1.dot(p);
+        let to_origin = origin - a;
+        let u = to_origin.dot(p);
+        let v = direction.dot(to_origin.cross(edge_1));
+        let w = determinant - (u + v);
+        same_sign([u, v, w], f32x8::splat(simd, 0.0))
     }
 
     #[inline(always)]

@@ -1,17 +1,33 @@
 //! Both tests at the extremes of what f32 can hold.
 
 use super::*;
-use crate::intersect::lanes::{LANES, Portable};
+use crate::math::real::{Level, Mask, Task};
 use crate::math::{Frame, warp};
 use crate::sampler::{Independent, PathSampler};
-use glam::Vec3A;
+use glam::{Vec2, Vec3A};
 
 const UNIT: Corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
+/// Asks for the candidates of eight triangles.
+pub(in crate::intersect) struct Candidates<'a, T>(
+    pub(in crate::intersect) T,
+    pub(in crate::intersect) &'a Corners8,
+);
+
+impl<T: RayTriangle> Task for Candidates<'_, T> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> u32 {
+        self.0.candidates(simd, self.1).bits()
+    }
+}
+
 fn test<T: RayTriangle>(ray: &Ray, corners: &Corners) -> Option<TriangleHit> {
-    let all = std::array::from_fn(|axis| corners.map(|corner| F32x8([corner[axis]; LANES])));
+    let all = std::array::from_fn(|axis| corners.map(|corner| [corner[axis]; 8]));
     let test = T::new(ray);
-    (test.candidates(Portable, &all) != 0).then(|| test.hit(ray, corners)).flatten()
+    let candidates = Level::baseline().run(Candidates(test, &all));
+    (candidates != 0).then(|| test.hit(ray, corners)).flatten()
 }
 
 fn both(ray: &Ray, corners: &Corners) -> [Option<TriangleHit>; 2] {
@@ -41,9 +57,9 @@ fn a_ray_that_starts_in_the_plane_misses() {
     let sampler = Independent::new(1);
     for i in 0..10_000 {
         let mut u = PathSampler::new(&sampler, i, 0);
-        let p = warp::square_to_uniform_triangle(u.next_2d()).extend(0.0);
+        let p = Vec2::from(warp::square_to_uniform_triangle(u.next_2d().into())).extend(0.0);
         // The plane z = 0 leaves `SurfacePoint::leave_towards` nothing to move by.
-        let ray = Ray::new(p, warp::square_to_uniform_sphere(u.next_2d()));
+        let ray = Ray::new(p, Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into())));
         assert_eq!(both(&ray, &UNIT), [None; 2], "{ray:?}");
     }
 }
@@ -114,7 +130,7 @@ fn random(u: &mut PathSampler) -> (Ray, Corners) {
     let mut cube = || Vec3A::new(u.next_1d(), u.next_1d(), u.next_1d());
     let (corners, origin) = ([cube(), cube(), cube()], cube() * 3.0 - 1.0);
     let [a, b, c] = corners;
-    let weights = warp::square_to_uniform_triangle(u.next_2d());
+    let weights = Vec2::from(warp::square_to_uniform_triangle(u.next_2d().into()));
     let target = a + (b - a) * weights.x + (c - a) * weights.y;
     (Ray::new(origin, (target - origin).normalize()), corners.map(|c| c.to_array()))
 }
@@ -148,17 +164,19 @@ fn a_sliver_seen_edge_on_is_hit_where_it_is() {
     let mut hits = 0;
     for i in 0..200_000 {
         let mut u = PathSampler::new(&sampler, i, 0);
-        let frame = Frame::from_normal(warp::square_to_uniform_sphere(u.next_2d()));
+        let frame = Frame::from_normal(warp::square_to_uniform_sphere(u.next_2d().into()));
         let shift = 10.0 * Vec3A::new(u.next_1d(), u.next_1d(), u.next_1d());
         // Edges 11.2, 9.7 and 1.6.
         let sliver = [Vec3A::ZERO, Vec3A::new(11.2, 0.0, 0.0), Vec3A::new(9.686, 0.518, 0.0)];
-        let corners = sliver.map(|p| frame.to_world(p) + shift);
-        let weights = warp::square_to_uniform_triangle(u.next_2d());
+        let corners = sliver.map(|p| Vec3A::from(frame.to_world(p.into())) + shift);
+        let weights = Vec2::from(warp::square_to_uniform_triangle(u.next_2d().into()));
         let [a, b, c] = corners;
         let target = a + (b - a) * weights.x + (c - a) * weights.y;
         let (y, x) = (std::f32::consts::TAU * u.next_1d()).sin_cos();
         let cosine = (1.0 - sine * sine).sqrt();
-        let direction = frame.to_world(Vec3A::new(x * cosine, y * cosine, sine)).normalize();
+        let direction =
+            Vec3A::from(frame.to_world(Vec3A::new(x * cosine, y * cosine, sine).into()))
+                .normalize();
         let ray = Ray::new(target - direction * 600.0, direction);
         for hit in both(&ray, &corners.map(|c| c.to_array())).into_iter().flatten() {
             hits += 1;
@@ -177,7 +195,7 @@ fn sphere(center: Vec3A, rings: u32, segments: u32) -> Vec<Corners> {
     let corner = |ring: u32, segment: u32| {
         let theta = std::f32::consts::PI * ring as f32 / rings as f32;
         let phi = std::f32::consts::TAU * (segment % segments) as f32 / segments as f32;
-        let sin = if ring % rings == 0 { 0.0 } else { theta.sin() };
+        let sin = if ring.is_multiple_of(rings) { 0.0 } else { theta.sin() };
         let n = Vec3A::new(sin * phi.cos(), sin * phi.sin(), theta.cos());
         (center + 2.0 * n).to_array()
     };
@@ -202,7 +220,8 @@ fn leaks<T: RayTriangle>(center: Vec3A, mesh: &[Corners], count: u32, to_corner:
     let sampler = Independent::new(4);
     let leaks = |i: &u32| {
         let mut u = PathSampler::new(&sampler, *i, 0);
-        let inside = warp::square_to_uniform_sphere(u.next_2d()) * (1.9 * u.next_1d());
+        let inside =
+            Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into())) * (1.9 * u.next_1d());
         let triangle = mesh[(u.next_1d() * mesh.len() as f32) as usize];
         let [a, b, _] = triangle.map(Vec3A::from);
         let target = if to_corner { a } else { a + (b - a) * u.next_1d() };
@@ -237,7 +256,7 @@ struct Cube {
 
 impl Cube {
     fn new(u: &mut PathSampler, cells: usize) -> Self {
-        let frame = Frame::from_normal(warp::square_to_uniform_sphere(u.next_2d()));
+        let frame = Frame::from_normal(warp::square_to_uniform_sphere(u.next_2d().into()));
         let mut cube = Self { frame, mesh: Vec::new() };
         for place in 0..6 * cells * cells {
             let (face, i, j) = (place / cells / cells, place / cells % cells, place % cells);
@@ -256,7 +275,8 @@ impl Cube {
     }
 
     fn point(&self, p: DVec3) -> Vec3A {
-        let axes = [self.frame.s, self.frame.t, self.frame.n].map(Vec3A::as_dvec3);
+        let axes =
+            [self.frame.s, self.frame.t, self.frame.n].map(|axis| Vec3A::from(axis).as_dvec3());
         let [x, y, z] = [axes[0] * p.x, axes[1] * p.y, axes[2] * p.z];
         (x + y + z + DVec3::new(0.3, 0.2, 0.1)).as_vec3a()
     }
@@ -265,7 +285,8 @@ impl Cube {
     fn grazing(&self, u: &mut PathSampler, origin: DVec3) -> Ray {
         let climb = 10f32.powf(4.0 * u.next_1d() - 9.0).copysign(u.next_1d() - 0.5);
         let (y, x) = (std::f32::consts::TAU * u.next_1d()).sin_cos();
-        let direction = self.frame.to_world(Vec3A::new(x, y, climb)).normalize();
+        let direction =
+            Vec3A::from(self.frame.to_world(Vec3A::new(x, y, climb).into())).normalize();
         Ray::new(self.point(origin), direction)
     }
 }
@@ -303,7 +324,10 @@ fn rays_from_an_edge_hit_what_they_meet() {
             let ray = if u.next_1d() < 0.5 {
                 cube.grazing(&mut u, origin)
             } else {
-                Ray::new(cube.point(origin), warp::square_to_uniform_sphere(u.next_2d()))
+                Ray::new(
+                    cube.point(origin),
+                    Vec3A::from(warp::square_to_uniform_sphere(u.next_2d().into())),
+                )
             };
             let meets = |corners: &&Corners| {
                 let Solution { t, u, v } = Solution::new(&ray, corners);

@@ -1,7 +1,7 @@
 //! The watertight test: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (2013).
 
 use super::{Corners, Corners8, RayTriangle, Solution, TriangleHit, same_sign, within};
-use crate::intersect::lanes::{F32x8, Lanes};
+use crate::math::real::{Lanes, Real, Simd, f32x8, mask32x8};
 use crate::ray::Ray;
 
 /// The shear that maps the ray to the z axis of a frame whose axes are those of the world in another
@@ -88,27 +88,23 @@ const NEAREST: f64 = 1e-6;
 
 /// The first two coordinates of eight corners in the frame, and their depths.
 #[inline(always)]
-fn place<L: Lanes>(
-    lanes: L,
-    [x, y, z]: [&F32x8; 3],
-    [ox, oy, oz]: [L::Vector; 3],
-    [sx, sy]: [L::Vector; 2],
-) -> [L::Vector; 3] {
-    let z = lanes.sub(lanes.load(z), oz);
-    let x = lanes.sub(lanes.load(x), ox);
-    let y = lanes.sub(lanes.load(y), oy);
-    [lanes.sub(x, lanes.mul(sx, z)), lanes.sub(y, lanes.mul(sy, z)), z]
+fn place<S: Simd>(simd: S, corners: [&[f32; 8]; 3], test: &Watertight) -> [f32x8<S>; 3] {
+    let ([x, y, z], [ox, oy, oz], [sx, sy]) = (corners, test.origin, test.shear);
+    let z = f32x8::load(simd, z) - oz;
+    let x = f32x8::load(simd, x) - ox;
+    let y = f32x8::load(simd, y) - oy;
+    [x - z * sx, y - z * sy, z]
 }
 
 #[inline(always)]
-fn edge<L: Lanes>(lanes: L, p: [L::Vector; 3], q: [L::Vector; 3]) -> L::Vector {
-    lanes.sub(lanes.mul(p[0], q[1]), lanes.mul(p[1], q[0]))
+fn edge<R: Real>(p: [R; 3], q: [R; 3]) -> R {
+    p[0] * q[1] - p[1] * q[0]
 }
 
 /// The largest magnitude.
 #[inline(always)]
-fn largest<L: Lanes>(lanes: L, [a, b, c]: [L::Vector; 3]) -> L::Vector {
-    lanes.max(lanes.max(lanes.abs(a), lanes.abs(b)), lanes.abs(c))
+fn largest<R: Real>(a: R, b: R, c: R) -> R {
+    a.abs().max(b.abs()).max(c.abs())
 }
 
 impl RayTriangle for Watertight {
@@ -130,22 +126,16 @@ impl RayTriangle for Watertight {
     }
 
     #[inline(always)]
-    fn candidates<L: Lanes>(&self, lanes: L, triangles: &Corners8) -> u32 {
+    fn candidates<S: Simd>(&self, simd: S, triangles: &Corners8) -> mask32x8<S> {
         let [xs, ys, zs] = self.axes.map(|axis| &triangles[axis]);
-        let o = self.origin.map(|o| lanes.splat(o));
-        let s = self.shear.map(|s| lanes.splat(s));
-        let place = |corner| place(lanes, [&xs[corner], &ys[corner], &zs[corner]], o, s);
-        let (a, b, c) = (place(0), place(1), place(2));
-        // Each by itself: in a closure it would be compiled for another processor.
-        let x = largest(lanes, [a[0], b[0], c[0]]);
-        let y = largest(lanes, [a[1], b[1], c[1]]);
-        let depth = largest(lanes, [a[2], b[2], c[2]]);
-        let side = lanes.max(x, y);
+        let a = place(simd, [&xs[0], &ys[0], &zs[0]], self);
+        let b = place(simd, [&xs[1], &ys[1], &zs[1]], self);
+        let c = place(simd, [&xs[2], &ys[2], &zs[2]], self);
+        let side = largest(a[0], b[0], c[0]).max(largest(a[1], b[1], c[1]));
+        let depth = largest(a[2], b[2], c[2]);
         // The least is for products that are denormal, and so rounded by more than u.
-        let error = lanes.mul(lanes.mul(side, lanes.add(side, depth)), lanes.splat(ERROR));
-        let error = lanes.add(error, lanes.splat(f32::MIN_POSITIVE));
-        let edges = [edge(lanes, c, b), edge(lanes, a, c), edge(lanes, b, a)];
-        same_sign(lanes, edges, error)
+        let error = side * (side + depth) * ERROR + f32::MIN_POSITIVE;
+        same_sign([edge(c, b), edge(a, c), edge(b, a)], error)
     }
 
     #[inline(always)]

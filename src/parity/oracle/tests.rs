@@ -315,7 +315,7 @@ fn scale_does_not_matter() {
 /// A sphere of radius 1 seen along z at distance h from its axis: crossings at ∓√(1 − h²).
 #[test]
 fn spheres_and_disks_have_closed_forms() {
-    let axes = Frame::from_normal(Vec3A::Z);
+    let axes = Frame::from_normal(Vec3A::Z.into());
     let sphere: Arc<dyn Shape> = Arc::new(Sphere::new(Vec3A::new(0.0, 0.0, 4.0), 1.0, axes, false));
     let oracle = Oracle::new(&[sphere]);
     for h in [0.0, 0.5, 0.999] {
@@ -372,7 +372,7 @@ fn jumble() -> Vec<Arc<dyn Shape>> {
     }
     let mut corner = || (u.next_1d() * 300.0) as u32;
     let triangles: Vec<_> = (0..500).map(|_| [corner(), corner(), corner()]).collect();
-    let axes = Frame::from_normal(Vec3A::Z);
+    let axes = Frame::from_normal(Vec3A::Z.into());
     vec![
         mesh(&positions, &triangles),
         Arc::new(primitives::cube(DAffine3::IDENTITY, false).0),
@@ -429,9 +429,9 @@ fn barriers_hold_beside_the_ray() {
             let mut u = PathSampler::new(&sampler, 0, index as u32);
             let reach = 0.5 * bound(barrier.near.max(0.0)) as f32;
             for _ in 0..8 {
-                let frame = Frame::from_normal(ray.direction);
+                let frame = Frame::from_normal(ray.direction.into());
                 let (sin, cos) = (u.next_1d() * std::f32::consts::TAU).sin_cos();
-                let origin = ray.origin + (frame.s * cos + frame.t * sin) * reach;
+                let origin = ray.origin + Vec3A::from(frame.s * cos + frame.t * sin) * reach;
                 let beside = Ray { origin, ..ray };
                 let crossings = oracle.examine(&beside);
                 let inside = crossings.crossings().iter().filter_map(|e| e.crossing);

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::node::{Child, ChildKind, Node};
 use super::traverse::MAX_DEPTH;
-use crate::intersect::lanes::LANES;
+use crate::intersect::bvh::LANES;
 
 mod partition;
 mod reference;

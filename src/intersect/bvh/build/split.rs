@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::partition::Around;
 use super::reference::{Bounds, Reference};
-use crate::intersect::lanes::LANES;
+use crate::intersect::bvh::LANES;
 
 /// Bins per axis; a power of two.
 const BINS: usize = 16;

@@ -1,0 +1,102 @@
+//! What numbers, whole numbers and conditions in lanes have in common.
+
+use std::ops::{BitAnd, BitAndAssign, BitOr, BitOrAssign, BitXor, Not};
+
+/// A value in each lane.
+pub trait Lanes: Copy + 'static {
+    /// What one lane holds.
+    type Lane: Copy;
+    /// A condition in each lane.
+    type Mask: Mask<Token = Self::Token>;
+    /// The proof that the processor has the instructions in use; every value carries it and it takes no room.
+    type Token: Copy;
+
+    /// How many there are.
+    const LANES: usize;
+
+    /// The proof that the value carries.
+    fn token(self) -> Self::Token;
+    /// The same in each lane.
+    fn splat(token: Self::Token, value: Self::Lane) -> Self;
+    /// What `value` says of each lane.
+    fn from_fn(token: Self::Token, value: impl FnMut(usize) -> Self::Lane) -> Self;
+    /// What lane `i` holds.
+    ///
+    /// # Panics
+    /// There is no such lane.
+    fn lane(self, i: usize) -> Self::Lane;
+    /// What lies in memory.
+    ///
+    /// # Panics
+    /// `values` are not as many as lanes.
+    fn load(token: Self::Token, values: &[Self::Lane]) -> Self;
+    /// Into memory.
+    ///
+    /// # Panics
+    /// `values` are not as many as lanes.
+    fn store(self, values: &mut [Self::Lane]);
+    /// `yes` in lanes where the mask is set, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: impl Lift<Self>, no: impl Lift<Self>) -> Self;
+}
+
+/// What can stand for a value in each lane: the value itself, or a constant for all.
+pub trait Lift<T: Lanes> {
+    /// The value in each lane.
+    fn lift(self, token: T::Token) -> T;
+}
+
+impl<T: Lanes<Lane = f32>> Lift<T> for f32 {
+    #[inline(always)]
+    fn lift(self, token: T::Token) -> T {
+        T::splat(token, self)
+    }
+}
+
+impl<T: Lanes<Lane = u32>> Lift<T> for u32 {
+    #[inline(always)]
+    fn lift(self, token: T::Token) -> T {
+        T::splat(token, self)
+    }
+}
+
+/// A condition in each lane; `bool` is one lane. `!`, `&`, `|` and `^` combine two.
+pub trait Mask:
+    Copy
+    + 'static
+    + Not<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+    + BitAndAssign
+    + BitOrAssign
+{
+    /// See [`Lanes::Token`].
+    type Token: Copy;
+
+    /// The proof that the mask carries.
+    fn token(self) -> Self::Token;
+    /// Lane i is set where bit i is; higher bits mean nothing.
+    fn from_bits(token: Self::Token, bits: u32) -> Self;
+    /// Bit i: whether lane i is set.
+    fn bits(self) -> u32;
+    /// Whether all lanes are set.
+    fn all(self) -> bool;
+
+    /// Whether any lane is set.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+
+    /// How many lanes are set.
+    #[inline(always)]
+    fn count(self) -> u32 {
+        self.bits().count_ones()
+    }
+
+    /// Whether lane `i` is set.
+    #[inline(always)]
+    fn lane(self, i: usize) -> bool {
+        self.bits() >> i & 1 != 0
+    }
+}
