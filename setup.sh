@@ -109,6 +109,7 @@ if [ -n "$missing$rust" ]; then
     for package in $removed; do
         case $rust:$package in
         needed:cargo | needed:rustc) ;;
+        needed:rustup) fail "apt's rustup is here, but without Rust $needed or newer: rustup default stable" ;;
         *)
             fail "apt would remove $removed for that, so nothing was installed. If that is all right:" \
                 "apt-get install --no-install-recommends$missing"
