@@ -19,10 +19,10 @@ fn main() {
     };
     println!("cargo::rustc-env=TELAMON_EMBREE={embree}");
     // Of release builds only: figures come from them, and others would be rebuilt after each commit.
-    if env::var_os("PROFILE").is_some_and(|profile| profile == "release") {
-        if let Some(commit) = commit() {
-            println!("cargo::rustc-env=TELAMON_COMMIT={commit}");
-        }
+    if env::var_os("PROFILE").is_some_and(|profile| profile == "release")
+        && let Some(commit) = commit()
+    {
+        println!("cargo::rustc-env=TELAMON_COMMIT={commit}");
     }
 }
 

@@ -89,10 +89,10 @@ fn check(command: &str) -> Result<(), String> {
     const TELAMON: &str = env!("CARGO_BIN_EXE_telamon");
     let words: Vec<_> = command.split_whitespace().collect();
     let missing = |name: &str| Err(format!("there is no {name}"));
-    if let Some(scene) = words.iter().find(|w| w.ends_with(".xml")) {
-        if !in_package(scene).exists() {
-            return missing(scene);
-        }
+    if let Some(scene) = words.iter().find(|w| w.ends_with(".xml"))
+        && !in_package(scene).exists()
+    {
+        return missing(scene);
     }
     if words[0] == "telamon" {
         return understands(TELAMON, &words[1..], "--help");

@@ -56,7 +56,7 @@ fn check_palette(file: &[u8]) -> Result<(), String> {
     let mut at = 8;
     while let Some(&[a, b, c, d, ref kind @ ..]) = file.get(at..at + 8) {
         let length = u32::from_be_bytes([a, b, c, d]) as usize;
-        if kind == b"PLTE" && (length % 3 != 0 || !(3..=768).contains(&length)) {
+        if kind == b"PLTE" && (!length.is_multiple_of(3) || !(3..=768).contains(&length)) {
             return Err(format!(
                 "cannot be decoded: its palette has {length} bytes (expected 3 for each of 1 to 256 colours)"
             ));

@@ -74,7 +74,7 @@ mod tests {
 
     /// Eight runs with a bias of `value` ± `spread`.
     fn bias_of(value: f64, spread: f64, reference_error: f64) -> Bias {
-        let off = |k: u32| value + if k % 2 == 0 { spread } else { -spread };
+        let off = |k: u32| value + if k.is_multiple_of(2) { spread } else { -spread };
         let runs: Vec<Run> = (0..8).map(|k| run("base", k, 1.0, 1.0, off(k))).collect();
         Bias::of(&runs.iter().collect::<Vec<_>>(), 0.0, reference_error, 1)
     }
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn a_series_has_one_noise() {
         let runs = |value: f64, spread: f64| -> Vec<Run> {
-            let off = |k: u32| value + if k % 2 == 0 { spread } else { -spread };
+            let off = |k: u32| value + if k.is_multiple_of(2) { spread } else { -spread };
             (0..8).map(|k| run("base", k, 1.0, 1.0, off(k))).collect()
         };
         let (some, none) = (runs(0.0, 0.4), runs(-0.1, 0.01));

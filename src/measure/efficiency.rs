@@ -134,7 +134,7 @@ mod tests {
     /// Four runs of `seconds` with the MSE `mse`, each a little off, against a reference with the noise `noise`.
     fn runs(seconds: f64, mse: f64, noise: f64) -> Vec<Run> {
         let one = |k: u32| {
-            let wobble = 1.0 + if k % 2 == 0 { 0.01 } else { -0.01 };
+            let wobble = 1.0 + if k.is_multiple_of(2) { 0.01 } else { -0.01 };
             let mut run = run("x", k, wobble * seconds, wobble * mse, 0.0);
             run.metrics.reference_noise = Some(ReferenceNoise { mse: noise, rel_mse: noise });
             run

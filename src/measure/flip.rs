@@ -34,7 +34,7 @@ const WHITE: Vec3A = Vec3A::new(0.950_428_57, 1.0, 1.088_900_4);
 #[must_use]
 pub fn flip(image: &[Rgb], reference: &[Rgb], width: usize) -> f64 {
     assert!(!image.is_empty() && image.len() == reference.len(), "two pictures of one size");
-    assert!(width > 0 && image.len() % width == 0, "whole rows");
+    assert!(width > 0 && image.len().is_multiple_of(width), "whole rows");
     let [a, b] = [image, reference].map(|pixels| Appearance::of(pixels, width));
     let largest = hyab(hunt(lab(Vec3A::Y)), hunt(lab(Vec3A::Z))).powf(COLOR_EXPONENT);
     let pixel = |i: usize| {
@@ -232,7 +232,7 @@ mod tests {
             if inside { [1.0, 0.2, 0.1] } else { ramp(x, y) }
         };
         let noisy = |x: usize, y: usize| {
-            let sign = if (x + y) % 2 == 0 { 0.2 } else { -0.2 };
+            let sign = if (x + y).is_multiple_of(2) { 0.2 } else { -0.2 };
             ramp(x, y).map(|v| (v + sign).clamp(0.0, 1.0))
         };
         let edge = |at: usize| move |x: usize, _: usize| [if x < at { 0.1 } else { 0.8 }; 3];

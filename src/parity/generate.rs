@@ -171,13 +171,13 @@ impl Generated {
     fn corners(&self, u: &mut Draw<'_>) -> [Vec3A; 3] {
         let pick = self.primitive(u);
         let turn = (u.next_1d() * 3.0) as usize;
-        if let Some((pick, (part, instance))) = pick.map(|pick| (pick.primitive, pick.part())) {
-            if let Some(corners) = part.geometry().corners(pick, u.time) {
-                let corners = [0, 1, 2].map(|i| corners[(i + turn) % 3]);
-                let Some(instance) = instance else { return corners };
-                let map = instance.to_world(u.time);
-                return corners.map(|p| map.transform_point3(p.as_dvec3()).as_vec3a());
-            }
+        if let Some((pick, (part, instance))) = pick.map(|pick| (pick.primitive, pick.part()))
+            && let Some(corners) = part.geometry().corners(pick, u.time)
+        {
+            let corners = [0, 1, 2].map(|i| corners[(i + turn) % 3]);
+            let Some(instance) = instance else { return corners };
+            let map = instance.to_world(u.time);
+            return corners.map(|p| map.transform_point3(p.as_dvec3()).as_vec3a());
         }
         [self.target(u).point.as_vec3a(); 3]
     }

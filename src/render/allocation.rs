@@ -124,7 +124,7 @@ mod tests {
         let mut film = film();
         let value = |tile: usize, count: u32| {
             let deviation = if tile == 0 { 1.0 } else { 4.0 };
-            if count % 2 == 0 { 100.0 + deviation } else { 100.0 - deviation }
+            if count.is_multiple_of(2) { 100.0 + deviation } else { 100.0 - deviation }
         };
         sample(&mut film, &[[8, 8]; 2], value);
         let ends = allocate(&film, 16, 64);

@@ -41,7 +41,7 @@ impl Sobol {
 
     /// Two coordinates, the first binary digit highest, and bits that belong to both.
     fn pair(&self, path: PathKey, dimension: u32) -> (u32, u32, u64) {
-        let in_block = dimension % 2 == 0;
+        let in_block = dimension.is_multiple_of(2);
         let sequence = if in_block { BLOCKS | (dimension / 4) } else { dimension };
         let (index, hash) = self.point(path, sequence);
         let (x, y, hash) = if in_block && dimension % 4 == 2 {

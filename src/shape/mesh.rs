@@ -210,10 +210,10 @@ impl Shape for TriangleMesh {
         let primitive = hit.primitive as usize;
         let triangle = self.triangle(primitive);
         let point = triangle.meet(ray, [hit.u, hit.v]);
-        if point.is_beyond {
-            if let Some(surface) = self.surface_of_neighbour(ray, primitive) {
-                return surface;
-            }
+        if point.is_beyond
+            && let Some(surface) = self.surface_of_neighbour(ray, primitive)
+        {
+            return surface;
         }
         self.surface_at(primitive, &triangle, point)
     }
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn defective_triangles_are_dropped_and_counted() {
         // More than one chunk; the order of the others stays.
-        let good = |i: usize| if i % 2 == 0 { [0, 1, 2] } else { [1, 2, 0] };
+        let good = |i: usize| if i.is_multiple_of(2) { [0, 1, 2] } else { [1, 2, 0] };
         let mut triangles: Vec<_> = (0..40_000).map(good).collect();
         for (i, bad) in [(0, [0, 1, 1]), (17_000, [0, 1, 3]), (39_998, [2, 4, 1])] {
             triangles[i] = bad;

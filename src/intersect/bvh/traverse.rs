@@ -161,15 +161,15 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                     }
                 }
                 ChildKind::Shape(shape) => {
-                    if let Some(hit) = bvh.intersect_shape::<ANY>(shape, &ray, doubt) {
-                        if !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id) {
-                            found = Some(hit);
-                            if ANY {
-                                return found;
-                            }
-                            ray.t_max = hit.t;
-                            t_max = lanes.splat(hit.t);
+                    if let Some(hit) = bvh.intersect_shape::<ANY>(shape, &ray, doubt)
+                        && !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id)
+                    {
+                        found = Some(hit);
+                        if ANY {
+                            return found;
                         }
+                        ray.t_max = hit.t;
+                        t_max = lanes.splat(hit.t);
                     }
                 }
             }

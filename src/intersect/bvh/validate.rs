@@ -95,10 +95,10 @@ impl Bvh {
                     return Err(Flaw::BoxTooSmall { node, child: i });
                 }
                 // What was found twice may be a circle.
-                if let ChildKind::Node(index) = child.kind() {
-                    if seen.nodes[index] == 1 {
-                        waiting.push((index, depth + 1));
-                    }
+                if let ChildKind::Node(index) = child.kind()
+                    && seen.nodes[index] == 1
+                {
+                    waiting.push((index, depth + 1));
                 }
             }
         }

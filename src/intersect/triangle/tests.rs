@@ -177,7 +177,7 @@ fn sphere(center: Vec3A, rings: u32, segments: u32) -> Vec<Corners> {
     let corner = |ring: u32, segment: u32| {
         let theta = std::f32::consts::PI * ring as f32 / rings as f32;
         let phi = std::f32::consts::TAU * (segment % segments) as f32 / segments as f32;
-        let sin = if ring % rings == 0 { 0.0 } else { theta.sin() };
+        let sin = if ring.is_multiple_of(rings) { 0.0 } else { theta.sin() };
         let n = Vec3A::new(sin * phi.cos(), sin * phi.sin(), theta.cos());
         (center + 2.0 * n).to_array()
     };

@@ -52,10 +52,10 @@ impl Reference {
 
     /// Keeps the larger index, or the earlier of two equal ones.
     pub(super) fn keep_larger(kept: &mut Option<Self>, other: Option<Self>) {
-        if let Some(other) = other {
-            if kept.is_none_or(|kept| other.index > kept.index) {
-                *kept = Some(other);
-            }
+        if let Some(other) = other
+            && kept.is_none_or(|kept| other.index > kept.index)
+        {
+            *kept = Some(other);
         }
     }
 }
