@@ -113,7 +113,7 @@ fn generate_bindings(embree: &Embree) -> Result<(), String> {
         .generate_comments(false)
         .generate_cstr(true)
         .layout_tests(true)
-        .rust_target(bindgen::RustTarget::stable(85, 0).map_err(|e| e.to_string())?)
+        .rust_target(bindgen::RustTarget::stable(89, 0).map_err(|e| e.to_string())?)
         .rust_edition(bindgen::RustEdition::Edition2024)
         .formatter(bindgen::Formatter::None)
         .generate()
