@@ -99,8 +99,10 @@ pub fn uniform_hemisphere_to_square(w: Vec3A) -> Vec2 {
 /// A direction of the upper hemisphere with density proportional to its cosine (Malley's method).
 #[must_use]
 pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3A {
+    // At the rim rounding leaves nothing. In the horizon itself the density is 0, and a path would be lost.
+    const LEAST: f32 = 0.25 * f32::EPSILON;
     let p = square_to_uniform_disk(u);
-    Vec3A::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
+    Vec3A::new(p.x, p.y, (1.0 - p.length_squared()).max(LEAST).sqrt())
 }
 
 /// Density of [`square_to_cosine_hemisphere`]: cosθ/π above the horizon, else 0.
