@@ -264,3 +264,19 @@ fn corners_of_the_square_give_usable_points() {
         }
     }
 }
+
+/// At the rim of the disk rounding would leave directions in the horizon, whose density is 0: paths would be lost.
+#[test]
+fn cosine_directions_stay_above_the_horizon() {
+    let below_one = 1.0 - 0.5 * f32::EPSILON;
+    for x in [0.0, f32::MIN_POSITIVE, 1e-8, 3e-8, below_one, 1.0 - f32::EPSILON] {
+        for i in 0..10_000 {
+            let y = i as f32 / 10_000.0;
+            for u in [Vec2::new(x, y), Vec2::new(y, x)] {
+                let w = warp::square_to_cosine_hemisphere(u.into());
+                assert!(w.z > 0.0 && (w.length() - 1.0).abs() < 3e-7, "{u}: {w:?}");
+                assert!(warp::square_to_cosine_hemisphere_pdf(w) > 0.0, "{u}");
+            }
+        }
+    }
+}

@@ -89,8 +89,10 @@ pub fn uniform_hemisphere_to_square<R: Real>(w: Vec3<R>) -> Vec2<R> {
 #[inline(always)]
 #[must_use]
 pub fn square_to_cosine_hemisphere<R: Real>(u: Vec2<R>) -> Vec3<R> {
+    // At the rim rounding leaves nothing. In the horizon itself the density is 0, and a path would be lost.
+    const LEAST: f32 = 0.25 * f32::EPSILON;
     let p = square_to_uniform_disk(u);
-    p.extend(p.length_squared().one_minus().max(0.0).sqrt())
+    p.extend(p.length_squared().one_minus().max(LEAST).sqrt())
 }
 
 /// Density of [`square_to_cosine_hemisphere`]: cosθ/π above the horizon, else 0.

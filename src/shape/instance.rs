@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
 
-use super::{Geometry, NearEdge, Shape, SurfacePoint};
+use super::{
+    FROM_COARSE_EDGE, FROM_EDGE, Geometry, NearEdge, Shape, SurfacePoint, is_coarse, rounding_of,
+};
 use crate::math::{Aabb, Motion};
-use crate::ray::{Hit, Ray, RayEnd};
+use crate::ray::{Hit, Inward, Ray, RayEnd};
 
 /// Shapes in a space of their own, which instances map into the scene.
 #[derive(Debug)]
@@ -115,6 +117,23 @@ pub struct LocalRay {
     pub ray: Ray,
     /// Lengths along it over lengths along the ray in the scene.
     pub stretch: f64,
+    /// How far it starts before the ray in the scene, in lengths of the group: next to an edge, each starts behind
+    /// its surface by roundings of its own coordinates.
+    pub ahead: f64,
+}
+
+impl LocalRay {
+    /// Distance along the ray in the scene, for one along this.
+    #[must_use]
+    pub fn in_scene(&self, t: f64) -> f64 {
+        (t + self.ahead) / self.stretch
+    }
+
+    /// Distance along this ray, for one along that in the scene.
+    #[must_use]
+    pub fn in_group(&self, t: f64) -> f64 {
+        t * self.stretch - self.ahead
+    }
 }
 
 impl Instance {
@@ -190,16 +209,26 @@ impl Instance {
         let mapped = |end: RayEnd, direction| end.mapped(&maps.to_group, &normals, direction);
         let start = ray.start.map(|start| mapped(start, local.direction));
         let end = ray.end.map(|end| mapped(end, -local.direction));
-        // Rounded where it is small: far from the origin of the scene the ray's own start may lie beside the surface.
-        let origin = start.map_or(local.origin, |start| start.start());
-        LocalRay { ray: Ray { origin, start, end, ..local }, stretch }
+        let local = Ray { start, end, ..local };
+        match (ray.start, start) {
+            (Some(there), Some(start)) if there.inward != Inward::NONE => {
+                next_to_edge(ray, there, local, start, stretch, &maps)
+            }
+            // Rounded where it is small: far from the origin of the scene the ray's own start may lie beside the surface.
+            (_, Some(start)) => {
+                LocalRay { ray: Ray { origin: start.start(), ..local }, stretch, ahead: 0.0 }
+            }
+            (_, None) => LocalRay { ray: local, stretch, ahead: 0.0 },
+        }
     }
 
     /// The nearest hit within the ray's segment, given `closest_hit` of an engine over the group.
     pub fn nearest(&self, ray: &Ray, closest_hit: impl FnOnce(&Ray) -> Option<Hit>) -> Option<Hit> {
         let local = self.local(ray);
         let Hit { t, u, v, shape, primitive, .. } = closest_hit(&local.ray)?;
-        let t = (f64::from(t) / local.stretch) as f32;
+        let t = local.in_scene(t.into()) as f32;
+        // A start behind the edge was rounded twice.
+        let t = if local.ahead == 0.0 { t } else { t.max(ray.t_min) };
         // The way there and back may round a hit at the very end out of the segment.
         let within = t >= ray.t_min && t <= ray.t_max && t < f32::INFINITY;
         within.then_some(Hit { t, u, v, shape: 0, primitive, member: shape })
@@ -209,27 +238,89 @@ impl Instance {
     #[must_use]
     pub fn placed_point(&self, point: &SurfacePoint, time: f32) -> SurfacePoint {
         let maps = self.maps(time);
-        let into_world = |v: Vec3A| maps.to_world.transform_vector3(v.as_dvec3()).as_vec3a();
         let normal = |n: Vec3A| (maps.normal_to_world * n.as_dvec3()).normalize().as_vec3a();
+        let position = maps.to_world.transform_point3(point.position);
         SurfacePoint {
-            position: maps.to_world.transform_point3(point.position),
+            position,
             parameters: point.parameters,
             geometric_normal: normal(point.geometric_normal),
             shading_normal: normal(point.shading_normal),
-            near_edge: point
-                .near_edge
-                .map(|near| NearEdge { shift: into_world(near.shift.into()).into(), ..near }),
+            near_edge: point.near_edge.map(|near| placed_edge(&near, position, &maps)),
             time,
         }
     }
 
     /// The member that was hit, and the ray and hit as it sees them.
     fn member(&self, ray: &Ray, hit: &Hit) -> (&dyn Shape, Ray, Hit) {
-        let LocalRay { ray, stretch } = self.local(ray);
-        let t = (f64::from(hit.t) * stretch) as f32;
+        let local = self.local(ray);
+        let t = local.in_group(hit.t.into()) as f32;
         let hit = Hit { t, shape: hit.member, member: 0, ..*hit };
-        (self.group.shapes[hit.shape as usize].as_ref(), ray, hit)
+        (self.group.shapes[hit.shape as usize].as_ref(), local.ray, hit)
     }
+}
+
+/// As [`FROM_EDGE`], for a way that is rounded to eighths, so by up to √3 sixteenths.
+const FROM_ROUNDED_EDGE: f64 = 1.125 * FROM_EDGE;
+
+/// The edge near a point of a member, as it is near to where the point is placed.
+#[cold]
+fn placed_edge(near: &NearEdge, position: DVec3, maps: &Maps) -> NearEdge {
+    let way = carried(&maps.to_world, near.inward);
+    let size = f64::from(near.size) / most_stretch(&maps.to_group.matrix3);
+    let rounding = rounding_of(position);
+    let distance = if is_coarse(rounding, size) {
+        (FROM_COARSE_EDGE * rounding).min(size / 3.0)
+    } else {
+        FROM_ROUNDED_EDGE * rounding
+    };
+    NearEdge { shift: (way * distance).as_vec3(), size: size as f32, inward: Inward::new(way) }
+}
+
+/// The ray `local` from the end `start`, next to an edge of what it leaves: in the scene it is `ray` from `there`.
+#[cold]
+fn next_to_edge(
+    ray: &Ray,
+    there: RayEnd,
+    local: Ray,
+    start: RayEnd,
+    stretch: f64,
+    maps: &Maps,
+) -> LocalRay {
+    let way = carried(&maps.to_group, there.inward);
+    let rounding = rounding_of(start.point);
+    let start = RayEnd { inward: Inward::new(way), ..start };
+    // Not coarse, or the way would not be known.
+    let near_edge = NearEdge {
+        shift: (start.inward.way() * (FROM_ROUNDED_EDGE * rounding)).as_vec3(),
+        size: f32::INFINITY,
+        inward: start.inward,
+    };
+    let origin = near_edge.start(&start, local.direction);
+    let before = |origin: Vec3A, end: &RayEnd, direction: Vec3A| {
+        (origin.as_dvec3() - end.point).dot(direction.as_dvec3())
+    };
+    let ahead = before(origin, &start, local.direction)
+        - stretch * before(ray.origin, &there, ray.direction);
+    let place = LocalRay { ray: local, stretch, ahead };
+    // 0 stands for the surface that the ray leaves.
+    let t_min = place.in_group(ray.t_min.into()).max(f32::MIN_POSITIVE.into());
+    let t_min = if ray.t_min == 0.0 { f32::MIN_POSITIVE } else { t_min as f32 };
+    let t_max = place.in_group(ray.t_max.into()) as f32;
+    LocalRay { ray: Ray { origin, start: Some(start), t_min, t_max, ..local }, ..place }
+}
+
+/// The way off an edge in another space, as long as in this: where the map back leads to, it is what it was.
+fn carried(map: &DAffine3, inward: Inward) -> DVec3 {
+    let way = inward.way();
+    map.transform_vector3(way).normalize_or_zero() * way.length()
+}
+
+/// What a matrix makes of a unit vector is at most this long: the root of the largest sum of a row of MᵀM, which bounds
+/// its eigenvalues. Exact where it turns and scales.
+fn most_stretch(matrix: &DMat3) -> f64 {
+    let squared = matrix.transpose() * *matrix;
+    let row = |axis: DVec3| axis.abs().element_sum();
+    row(squared.x_axis).max(row(squared.y_axis)).max(row(squared.z_axis)).sqrt()
 }
 
 /// Scales beyond this, or its inverse, take a ray out of f32.

@@ -172,10 +172,11 @@ impl TriangleMesh {
         triangle.surface(point, normals)
     }
 
-    /// The surface of a triangle that shares a corner with this one and that the ray truly meets. Looks at all triangles:
-    /// rarely asked for, and mostly of meshes of a few large ones.
+    /// The surface of a triangle that shares a corner with the one that was hit and that the ray truly meets there. Looks
+    /// at all triangles: rarely asked for, and mostly of meshes of a few large ones.
     #[cold]
-    fn surface_of_neighbour(&self, ray: &Ray, primitive: usize) -> Option<SurfacePoint> {
+    fn surface_of_neighbour(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
+        let primitive = hit.primitive as usize;
         let corners = |of: usize| self.triangles[of].map(|i| self.positions[i as usize]);
         let own = corners(primitive);
         let is_neighbour = |&other: &usize| {
@@ -183,7 +184,7 @@ impl TriangleMesh {
         };
         (0..self.triangles.len()).filter(is_neighbour).find_map(|other| {
             let triangle = self.triangle(other);
-            let point = triangle.meet_inside(ray)?;
+            let point = triangle.meet_inside(ray, hit.t)?;
             Some(self.surface_at(other, &triangle, point))
         })
     }
@@ -211,7 +212,7 @@ impl Shape for TriangleMesh {
         let triangle = self.triangle(primitive);
         let point = triangle.meet(ray, [hit.u, hit.v]);
         if point.is_beyond
-            && let Some(surface) = self.surface_of_neighbour(ray, primitive)
+            && let Some(surface) = self.surface_of_neighbour(ray, hit)
         {
             // The hit still names this triangle.
             return SurfacePoint { parameters: Vec2::new(hit.u, hit.v), ..surface };

@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
 use crate::math::{Aabb, Cone, type_word};
-use crate::ray::{Hit, Ray, RayEnd};
+use crate::ray::{Hit, Inward, Ray, RayEnd};
 
 pub mod cylinder;
 pub mod deforming;
@@ -164,26 +164,45 @@ pub struct NearEdge {
     /// What keeps the start off the edge, so that rounding does not put it beyond: about a rounding along the
     /// surface, in scene units.
     pub shift: Vec3,
-    /// How far from the surface the ray starts, along the normal, in roundings of the point.
-    pub lift: f32,
-    /// How far the ray starts before the surface, in scene units.
-    pub back: f32,
+    /// Of the primitive, about, in scene units.
+    pub size: f32,
+    /// Where the edge is not, in the roundings of another space, if the primitive is not too small for those of its own.
+    pub inward: Inward,
 }
 
 impl NearEdge {
     /// For a primitive of this size. `shifted` moves a position away from edges by a distance.
     fn new(position: DVec3, size: f64, shifted: impl Fn(f64) -> DVec3) -> Self {
         let rounding = rounding_of(position);
-        let shift = |roundings: f64| (shifted(roundings * rounding) - position).as_vec3();
-        if rounding < COARSE * size {
-            let back = (STEP_BACK * rounding).min(size) as f32;
-            // Rounded once, from f64: a little more than one is enough.
-            Self { shift: shift(FROM_EDGE), lift: 1.25, back }
-        } else {
-            // From behind, a ray would meet other parts of so small a primitive.
-            Self { shift: shift(1.5), lift: 4.0, back: 0.0 }
-        }
+        let coarse = is_coarse(rounding, size);
+        let distance = rounding * if coarse { FROM_COARSE_EDGE } else { FROM_EDGE };
+        let shift = shifted(distance) - position;
+        let inward = if coarse { Inward::NONE } else { Inward::new(shift / distance) };
+        Self { shift: shift.as_vec3(), size: size as f32, inward }
     }
+
+    /// Where the ray towards `direction` (unit) starts that has this end.
+    #[cold]
+    fn start(&self, end: &RayEnd, direction: Vec3A) -> Vec3A {
+        const U: f64 = 0.5 * f32::EPSILON as f64;
+        let (normal, direction) = (end.normal.as_dvec3(), direction.as_dvec3());
+        let (rounding, size) = (rounding_of(end.point), f64::from(self.size));
+        let (lift, back) = if is_coarse(rounding, size) {
+            // From behind, a ray would meet other parts of so small a primitive.
+            (4.0, 0.0)
+        } else {
+            // Rounded once, from f64: a little more than one is enough.
+            (1.25, (STEP_BACK * rounding).min(size))
+        };
+        let lift = normal * (lift * U * normal.abs().dot(end.point.abs()));
+        let lift = if normal.dot(direction) < 0.0 { -lift } else { lift };
+        (end.point + self.shift.as_dvec3() + lift - direction * back).as_vec3a()
+    }
+}
+
+/// Whether a rounding is coarse for a primitive of this size.
+fn is_coarse(rounding: f64, size: f64) -> bool {
+    rounding >= COARSE * size
 }
 
 impl SurfacePoint {
@@ -204,21 +223,13 @@ impl SurfacePoint {
     #[inline(always)]
     pub fn leave_towards(&self, direction: Vec3A) -> (Vec3A, RayEnd) {
         let end = self.end_towards(direction);
-        let start = match &self.near_edge {
-            None => end.start(),
-            Some(near_edge) => self.start_near_edge(direction, near_edge),
-        };
-        (start, end)
-    }
-
-    #[cold]
-    fn start_near_edge(&self, direction: Vec3A, near_edge: &NearEdge) -> Vec3A {
-        const U: f64 = 0.5 * f32::EPSILON as f64;
-        let (normal, direction) = (self.geometric_normal.as_dvec3(), direction.as_dvec3());
-        let lift = f64::from(near_edge.lift) * U * normal.abs().dot(self.position.abs());
-        let lift = normal * lift.copysign(normal.dot(direction));
-        let back = direction * f64::from(near_edge.back);
-        (self.position + near_edge.shift.as_dvec3() + lift - back).as_vec3a()
+        match &self.near_edge {
+            None => (end.start(), end),
+            Some(near_edge) => {
+                let end = RayEnd { inward: near_edge.inward, ..end };
+                (near_edge.start(&end, direction), end)
+            }
+        }
     }
 
     /// The ray that leaves the surface towards `direction` (unit, world). It begins at t = 0, because another surface
@@ -238,6 +249,9 @@ const NEAR_EDGE: f64 = 32.0;
 
 /// How far off the edge they start, in the same unit, of which rounding takes one at most.
 const FROM_EDGE: f64 = 1.25;
+
+/// The same where rounding is coarse.
+const FROM_COARSE_EDGE: f64 = 1.5;
 
 /// How far they start behind their surface, in the same unit. A surface that passes within two roundings of the point
 /// is met if the ray's angle to it is at least about 2⁻⁷.

@@ -84,11 +84,15 @@ impl Triangle {
         [self.edge_2.dot(r) * inverse, -self.edge_1.dot(r) * inverse]
     }
 
-    /// Where `ray` meets the triangle, if it truly does.
-    pub(super) fn meet_inside(&self, ray: &Ray) -> Option<TrianglePoint> {
+    /// Where `ray` meets the triangle, if it truly does, about at this distance: to a share of the triangle's size that
+    /// keeps out those that the ray leaves or meets far behind.
+    pub(super) fn meet_inside(&self, ray: &Ray, t: f32) -> Option<TrianglePoint> {
+        const SHARE: f64 = 1.0 / 1024.0;
         let [u, v] = self.solve(ray);
         let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
-        inside.then(|| self.meet(ray, [u as f32, v as f32]))
+        let along = (self.position(u, v) - ray.origin.as_dvec3()).dot(ray.direction.as_dvec3());
+        let near = (along - f64::from(t)).abs() <= SHARE * f64::from(self.length());
+        (inside && near).then(|| self.meet(ray, [u as f32, v as f32]))
     }
 
     /// As [`Triangle::meet`], for weights close to an edge or, by the rounding of an engine, beyond: moved off the edge,

@@ -12,6 +12,7 @@ mod densities;
 mod directions;
 mod enclosed;
 mod furnaces;
+mod instanced;
 mod invariants;
 mod leaving;
 mod lights;

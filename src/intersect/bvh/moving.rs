@@ -12,7 +12,7 @@ use super::build::{self, Reference, outward};
 use super::node::{Child, ChildKind, Node, Slabs};
 use super::traverse::{Entry, STACK, sort_descending, without_denormals};
 use crate::intersect::spurious::{Doubt, meets_triangle};
-use crate::intersect::triangle::{RayTriangle, TriangleHit, Watertight, in_f64};
+use crate::intersect::triangle::{RayTriangle, TriangleHit, Watertight, in_f64, nearer};
 use crate::math::Aabb;
 use crate::math::real::{Lanes, Level, Mask, Simd, Task, f32x8};
 use crate::ray::{Hit, Ray};
@@ -125,8 +125,7 @@ fn with_margin(boxes: [Aabb; 2]) -> [Aabb; 2] {
     [a, b].map(|bounds| Aabb { min: bounds.min - margin, max: bounds.max + margin })
 }
 
-/// The nearest hit of a ray or, if `ANY`, just some hit. Of hits at the same distance the one with the smallest
-/// index is the nearest.
+/// The nearest hit of a ray or, if `ANY`, just some hit; of hits at the same f32 as in the tree of what rests.
 struct Walk<'a, const ANY: bool> {
     mesh: &'a DeformingMesh,
     part: &'a Part,
@@ -165,14 +164,20 @@ impl<const ANY: bool> Task for Walk<'_, ANY> {
                     sort_descending(&mut stack[waiting..]);
                 }
                 ChildKind::Shape(primitive) => {
-                    let corners = mesh.corners(primitive, ray.time);
-                    let corners = corners.map(|corner| Vec3::from(corner).to_array());
+                    let corners_of = |primitive| {
+                        let corners = mesh.corners(primitive, ray.time);
+                        corners.map(|corner| Vec3::from(corner).to_array())
+                    };
+                    let corners = corners_of(primitive);
                     let primitive = primitive as u32;
+                    let is_behind = |best: u32| {
+                        let order = nearer(&ray, &corners_of(best as usize), &corners);
+                        order.then(best.cmp(&primitive)).is_le()
+                    };
                     let hit = test.hit(&ray, &corners).filter(|hit| {
                         let true_hit =
                             !doubt.covers(hit.t) || meets_triangle(&ray, hit.t, in_f64(&corners));
-                        true_hit
-                            && !found.is_some_and(|(best, i)| hit.t == best.t && primitive >= i)
+                        true_hit && !found.is_some_and(|(best, i)| hit.t == best.t && is_behind(i))
                     });
                     if let Some(hit) = hit {
                         found = Some((hit, primitive));

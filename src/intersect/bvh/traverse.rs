@@ -1,5 +1,6 @@
 //! The walk of a ray through the tree.
 
+use std::cmp::Ordering;
 use std::marker::PhantomData;
 
 use arrayvec::ArrayVec;
@@ -8,7 +9,7 @@ use glam::Vec3A;
 use super::node::{Child, ChildKind, Slabs};
 use super::{Bvh, LANES};
 use crate::intersect::spurious::{Doubt, meets_triangle};
-use crate::intersect::triangle::{RayTriangle, TriangleHit, in_f64};
+use crate::intersect::triangle::{Corners, RayTriangle, TriangleHit, in_f64, nearer};
 use crate::math::real::{Lanes, Mask, Simd, Task, f32x8};
 use crate::ray::Ray;
 
@@ -39,8 +40,8 @@ impl Inner {
     pub(super) const NONE: Self = Self { member: 0, primitive: 0 };
 }
 
-/// The nearest hit of a ray or, if `ANY`, just some hit. Of hits at the same distance the one with the
-/// smallest index is the nearest, so the answer does not depend on the shape of the tree.
+/// The nearest hit of a ray or, if `ANY`, just some hit. Of hits at the same f32 that is the nearest in f64, and of those in
+/// one plane the one with the smallest index, so the answer does not depend on the shape of the tree.
 pub(super) struct Walk<'a, T, const ANY: bool> {
     bvh: &'a Bvh,
     ray: Ray,
@@ -101,6 +102,8 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
         let t_min = f32x8::splat(simd, ray.t_min);
         let mut t_max = f32x8::splat(simd, ray.t_max);
         let mut found: Option<Found> = None;
+        // Of the triangle that was found, if it is one.
+        let mut found_corners: Option<Corners> = None;
         let mut stack = ArrayVec::<Entry, STACK>::new();
         let mut child = Child::new(ChildKind::Node(0));
         loop {
@@ -152,9 +155,15 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                             continue;
                         }
                         let id = pack.id(lane);
-                        if !found.is_some_and(|best| hit.t == best.t && id >= best.id) {
+                        let is_behind = |best: Found| {
+                            let nearer = |best| nearer(&ray, best, &corners);
+                            let order = found_corners.as_ref().map_or(Ordering::Equal, nearer);
+                            order.then(best.id.cmp(&id)).is_le()
+                        };
+                        if !found.is_some_and(|best| hit.t == best.t && is_behind(best)) {
                             let TriangleHit { t, u, v } = hit;
                             found = Some(Found { t, u, v, id, inner: Inner::NONE });
+                            found_corners = Some(corners);
                             if ANY {
                                 return found;
                             }
@@ -168,6 +177,7 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
                         && !found.is_some_and(|best| hit.t == best.t && hit.id >= best.id)
                     {
                         found = Some(hit);
+                        found_corners = None;
                         if ANY {
                             return found;
                         }

@@ -4,6 +4,8 @@
 //! functions, and then looks at those that remain one by one in f64. So t, u and v are right to a few
 //! roundings however small, large, thin or distant a triangle is.
 
+use std::cmp::Ordering;
+
 use glam::{DVec3, Vec3};
 
 use crate::math::real::{Real, Simd, f32x8, mask32x8};
@@ -81,6 +83,16 @@ impl Solution {
             v: direction.dot(q) * inverse,
         }
     }
+}
+
+/// Which of two triangles that a ray meets at the same f32 is the nearer one: `Equal` if it takes both to be in one plane.
+/// At an edge at which a surface turns away, its front and its back are that close.
+#[cold]
+pub(super) fn nearer(ray: &Ray, a: &Corners, b: &Corners) -> Ordering {
+    // Far more than f64 errs by, and far less than the spacing of f32.
+    const SAME: f64 = 1.0 / (1u64 << 40) as f64;
+    let [a, b] = [a, b].map(|corners| Solution::new(ray, corners).t);
+    if (a - b).abs() <= SAME * a.abs().max(b.abs()) { Ordering::Equal } else { a.total_cmp(&b) }
 }
 
 /// The hit if it is within the segment. Written so that NaN fails.

@@ -10,8 +10,8 @@ pub(super) struct Nested<'a> {
     /// Index of the instance.
     shape: u32,
     truth: Truth<'a>,
-    /// Distances in the group's space over those in the scene.
-    stretch: f64,
+    /// The ray in the group's space.
+    local: LocalRay,
 }
 
 impl<'a> Nested<'a> {
@@ -23,8 +23,8 @@ impl<'a> Nested<'a> {
         ray: &Ray,
     ) -> Option<Self> {
         let group = oracle.groups.get(shape as usize)?.as_deref()?;
-        let LocalRay { ray, stretch } = instance.local(ray);
-        Some(Self { shape, truth: Truth::new(group, &ray), stretch })
+        let local = instance.local(ray);
+        Some(Self { shape, truth: Truth::new(group, &local.ray), local })
     }
 
     /// What the ray crosses within the group.
@@ -44,7 +44,7 @@ impl<'a> Nested<'a> {
 
     /// As [`Truth::confirm`].
     pub(super) fn confirm(&self, hit: &Hit) -> Option<Confirmed> {
-        let t = (f64::from(hit.t) * self.stretch) as f32;
+        let t = self.local.in_group(hit.t.into()) as f32;
         let local = Hit { t, shape: hit.member, member: 0, ..*hit };
         let confirmed = self.truth.confirm(&local)?;
         Some(Confirmed { span: self.span_in_scene(confirmed.span), ..confirmed })
@@ -60,14 +60,14 @@ impl<'a> Nested<'a> {
             shape: self.shape,
             member: encounter.shape,
             primitive: encounter.primitive,
-            crossing: encounter.crossing.map(|t| t / self.stretch),
-            clearance: encounter.clearance / self.stretch,
-            reach: encounter.reach / self.stretch,
+            crossing: encounter.crossing.map(|t| self.local.in_scene(t)),
+            clearance: encounter.clearance / self.local.stretch,
+            reach: encounter.reach / self.local.stretch,
             span: self.span_in_scene(encounter.span),
         }
     }
 
     fn span_in_scene(&self, Span { near, far }: Span) -> Span {
-        Span { near: near / self.stretch, far: far / self.stretch }
+        Span { near: self.local.in_scene(near), far: self.local.in_scene(far) }
     }
 }
