@@ -4,6 +4,7 @@
 #![allow(unsafe_code, reason = "there is nothing else to call")]
 
 mod device;
+mod filter;
 mod scene;
 mod triangle;
 mod user_geometry;

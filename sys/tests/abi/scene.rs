@@ -87,7 +87,7 @@ impl Drop for Scene {
 }
 
 #[repr(align(32))]
-struct Mask([i32; 8]);
+pub(crate) struct Mask(pub(crate) [i32; 8]);
 
 /// Some lanes on, some off, neither half whole.
 pub(crate) const SOME: [i32; 8] = [-1, 0, -1, -1, 0, -1, 0, 0];
@@ -137,8 +137,13 @@ pub(crate) fn rays_at(x: [f32; 8]) -> RTCRay8 {
     }
 }
 
-/// The triangle (0,0,0) (1,0,0) (0,1,0).
+/// A scene of the triangle (0,0,0) (1,0,0) (0,1,0).
 pub(crate) fn triangle(device: RTCDevice) -> Scene {
+    Scene::new(device, triangle_geometry(device))
+}
+
+/// The triangle of [`triangle`], which no scene has yet.
+pub(crate) fn triangle_geometry(device: RTCDevice) -> RTCGeometry {
     let mesh = geometry(device, RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE);
     let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     // SAFETY: the geometry is live; Embree allocates the buffer, padding included.
@@ -169,5 +174,5 @@ pub(crate) fn triangle(device: RTCDevice) -> Scene {
     assert!(!indices.is_null());
     // SAFETY: the buffer holds one triangle of 12 bytes, and nobody else uses it yet.
     unsafe { ptr::copy_nonoverlapping([0_u32, 1, 2].as_ptr(), indices.cast(), 3) };
-    Scene::new(device, mesh)
+    mesh
 }
