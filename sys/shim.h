@@ -15,8 +15,8 @@ typedef struct ShimQuery {
 } ShimQuery;
 
 /* Ray queries. The masks of packets are Embree's: eight numbers aligned to 32 bytes, -1 for a lane
-   that is traced and 0 for one that is not. `coherent` is a hint and never changes which surface is
-   hit; it concerns packets alone, so single rays do without. `query` may be null: then all hits count. */
+   that is traced and 0 for one that is not. `coherent` is Embree's hint; with it, a packet may
+   miss what a ray of it meets on an edge. Single rays have no such hint. `query` may be null: then all hits count. */
 void telamon_intersect1(RTCScene scene, struct RTCRayHit *rayhit, const ShimQuery *query);
 void telamon_occluded1(RTCScene scene, struct RTCRay *ray, const ShimQuery *query);
 void telamon_intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit, bool coherent,

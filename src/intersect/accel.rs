@@ -29,7 +29,7 @@ pub struct EmbreeModes {
     pub compact: bool,
     /// How much time goes into the build.
     pub quality: BuildQuality,
-    /// Whether many rays are traced in packets of eight, or ray by ray.
+    /// Whether the nearest hits of many rays are looked for in packets of eight, or ray by ray.
     pub packets: bool,
 }
 

@@ -36,7 +36,7 @@ pub trait Intersector: Debug + Send + Sync {
     fn occluded(&self, ray: &Ray) -> bool;
 
     /// [`Intersector::closest_hit`] of each ray, written to the same place of `hits`, which an engine may find sooner
-    /// together. Of surfaces that coincide it may find another, which may depend on the other rays.
+    /// together. The answers are the same.
     ///
     /// # Panics
     /// If the lengths differ.
