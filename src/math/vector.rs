@@ -14,9 +14,11 @@ macro_rules! vector {
     ($(#[$doc:meta])* $Vector:ident: $($component:ident),*; first $first:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
-        #[allow(missing_docs)]
         pub struct $Vector<R = f32> {
-            $(pub $component: R,)*
+            $(
+                #[doc = concat!("Component ", stringify!($component), ".")]
+                pub $component: R,
+            )*
         }
 
         impl<R: Real> $Vector<R> {

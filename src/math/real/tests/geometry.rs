@@ -113,7 +113,7 @@ fn vectors_are_loaded_and_stored_by_lane() {
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) -> [Vec3; 8] {
             let loaded = Vec3::<f32x8<S>>::from_fn(simd, |i| self.0[i]);
-            let mut stored = [Vec3::splat((), Vec3::default()); 8];
+            let mut stored = [Vec3::default(); 8];
             loaded.store(&mut stored);
             stored
         }
