@@ -105,7 +105,23 @@ fn sees(path: &Path, tracer: &mut Tracer<'_>, from: DVec3, i: u32) -> f32 {
 /// Walls that reflect on both sides, under a white sky: inside it is exactly black.
 #[test]
 fn no_light_gets_into_a_closed_room() {
-    for (name, shapes, inside) in rooms() {
+    no_light_gets_in(rooms(), 60_000);
+}
+
+#[test]
+#[ignore = "minutes: cargo test --test extremes million -- --ignored"]
+fn no_light_gets_into_a_closed_room_in_a_million_paths() {
+    no_light_gets_in(meshes(), 1_000_000);
+}
+
+/// The rooms that are one mesh.
+fn meshes() -> Vec<Room> {
+    let at_origin = |room: &Room| room.2 == DVec3::ZERO;
+    rooms().into_iter().filter(|room| room.1.len() < 3 && at_origin(room)).collect()
+}
+
+fn no_light_gets_in(rooms: Vec<Room>, paths: u32) {
+    for (name, shapes, inside) in rooms {
         let both = TwoSided::new(Box::new(Diffuse::new(Rgb::splat(0.8))), None).expect("reflects");
         let bsdfs: Vec<Box<dyn Bsdf>> = vec![Box::new(both)];
         let sky: Vec<Box<dyn Emitter>> = vec![Box::new(Constant::new(Rgb::ONE))];
@@ -114,7 +130,7 @@ fn no_light_gets_into_a_closed_room() {
         let path = Path::new(&PathSettings::default(), &scene);
         for engine in engines(&scene.shapes()) {
             let mut tracer = Tracer::new(&scene, engine.as_ref());
-            for i in 0..60_000 {
+            for i in 0..paths {
                 let seen = sees(&path, &mut tracer, inside, i);
                 assert_eq!(seen, 0.0, "{}, {name}: path {i}", engine.name());
             }
@@ -138,6 +154,16 @@ fn no_light_gets_into_a_closed_room() {
 /// Walls that emit 1 and have an albedo of 0.8: without roulette and shadow rays every path is the same sum.
 #[test]
 fn no_path_gets_out_of_a_closed_room() {
+    no_path_gets_out(rooms(), 8_000);
+}
+
+#[test]
+#[ignore = "minutes: cargo test --test extremes million -- --ignored"]
+fn no_path_gets_out_of_a_closed_room_in_a_million_paths() {
+    no_path_gets_out(meshes(), 1_000_000);
+}
+
+fn no_path_gets_out(rooms: Vec<Room>, paths: u32) {
     const DEPTH: u32 = 20;
     let settings = PathSettings {
         strategy: Strategy::Bsdf,
@@ -148,7 +174,7 @@ fn no_path_gets_out_of_a_closed_room() {
     let expected = furnace_radiance(0.8, DEPTH);
     // Up to DEPTH products and sums, each rounded once.
     let tolerance = expected * f64::from(DEPTH) * f64::from(f32::EPSILON);
-    for (name, shapes, inside) in rooms() {
+    for (name, shapes, inside) in rooms {
         let emitters = shapes.iter().map(|shape| {
             let area = Area::new(Arc::clone(shape), Rgb::ONE).expect("an area");
             Box::new(area) as Box<dyn Emitter>
@@ -159,7 +185,7 @@ fn no_path_gets_out_of_a_closed_room() {
         let path = Path::new(&settings, &scene);
         for engine in engines(&scene.shapes()) {
             let mut tracer = Tracer::new(&scene, engine.as_ref());
-            for i in 0..8_000 {
+            for i in 0..paths {
                 let value = f64::from(sees(&path, &mut tracer, inside, i));
                 let right = (value - expected).abs() <= tolerance;
                 assert!(right, "{}, {name}: path {i}: {value}, not {expected}", engine.name());

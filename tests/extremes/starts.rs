@@ -7,15 +7,15 @@ use glam::{DAffine3, DMat3, DVec3, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse, TwoSided};
 use telamon::emitter::{Area, Constant, Emitter};
 use telamon::integrator::{Integrator, Path, Tracer};
-use telamon::math::{Frame, Rgb};
+use telamon::math::{Frame, Rgb, warp};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
 use telamon::scene::settings::PathSettings;
-use telamon::shape::{Shape, Sphere, primitives};
+use telamon::shape::{Shape, Sphere, TriangleMesh, primitives};
 
 use crate::ULP;
-use crate::support::meshes::{engines, mesh};
+use crate::support::meshes::{corners_of, engines, mesh, sphere_mesh};
 use crate::support::rooms::object;
 use crate::support::stats::Moments;
 use crate::support::{points, points_3d};
@@ -273,5 +273,76 @@ fn rays_onto_edges_land_on_their_point() {
             }
             assert!(hits > 2_000, "{}: {hits}", engine.name());
         }
+    }
+}
+
+/// A closed mesh around the origin, whose edges are as often concave as convex, and the points between two of its
+/// corners for numbers of the unit cube.
+fn star_and_edges(seed: u64, count: u32) -> (TriangleMesh, Vec<DVec3>) {
+    let round = sphere_mesh(DVec3::ZERO, 1.0, 8, 11);
+    let place = |(p, u): (&Vec3A, Vec3A)| *p * (0.5 + 0.5 * u.x);
+    let numbers = points_3d(seed, round.positions().len() as u32);
+    let corners = round.positions().iter().zip(numbers).map(place).collect();
+    let star = mesh(corners, round.triangles().to_vec());
+    let on_edge = |u: Vec3A| {
+        let corners = corners_of(&star, (u.x * star.triangles().len() as f32) as u32);
+        let first = (u.y * 3.0) as usize % 3;
+        corners[first].lerp(corners[(first + 1) % 3], u.z.into())
+    };
+    let targets = points_3d(seed + 1, count).map(on_edge).collect();
+    (star, targets)
+}
+
+/// Rays between walls, onto edges of what is seen from there: the surface is where the engine met it, and not where the same
+/// line meets another triangle at the edge's ends, such as the one that the ray leaves.
+#[test]
+fn surfaces_next_to_edges_are_where_they_are_met() {
+    let (star, targets) = star_and_edges(451, 20_000);
+    let shapes: [Arc<dyn Shape>; 1] = [Arc::new(star)];
+    for engine in engines(&shapes) {
+        let mut met = 0;
+        for pair in targets.windows(2) {
+            // From a point beside an edge to another edge.
+            let to = (pair[0] * 0.98 + pair[1] * 0.02).normalize().as_vec3a();
+            let first = Ray::new(Vec3A::ZERO, to);
+            let hit = engine.closest_hit(&first).expect("a closed room");
+            let start = shapes[0].surface(&first, &hit);
+            let direction = (pair[1] - start.position).normalize().as_vec3a();
+            if direction.dot(start.geometric_normal) > -0.05 {
+                continue;
+            }
+            let ray = start.spawn(direction);
+            let Some(hit) = engine.closest_hit(&ray) else { continue };
+            let position = shapes[0].surface(&ray, &hit).position;
+            let along = (position - ray.origin.as_dvec3()).dot(direction.as_dvec3());
+            // An engine errs where it sees a triangle from the side.
+            let off = (along - f64::from(hit.t)).abs();
+            assert!(off < 1e-2, "{}: {off} beside, {ray:?} {hit:?}", engine.name());
+            met += 1;
+        }
+        assert!(met > 5_000, "{}: {met}", engine.name());
+    }
+}
+
+/// Rays from outside, as close to the edges of a closed mesh as f32 aims: what they meet first is seen from in front. At
+/// an edge at which the mesh turns away, its front and its back are met at the same f32.
+#[test]
+fn what_turns_away_is_not_met_from_behind() {
+    let (star, targets) = star_and_edges(461, 60_000);
+    let shapes: [Arc<dyn Shape>; 1] = [Arc::new(star.clone())];
+    // Embree itself takes triangles to be met a rounding beyond their edges.
+    for engine in engines(&shapes).into_iter().filter(|engine| engine.name().contains("Rust")) {
+        let mut met = 0;
+        for (target, u) in targets.iter().zip(points_3d(471, 60_000)) {
+            let origin = warp::square_to_uniform_sphere(glam::Vec2::new(u.x, u.y)) * 3.0;
+            let to = target - origin.as_dvec3();
+            let ray = Ray::new(origin, to.normalize().as_vec3a());
+            let Some(hit) = engine.closest_hit(&ray) else { continue };
+            let [a, b, c] = corners_of(&star, hit.primitive);
+            let facing = (b - a).cross(c - a).dot(ray.direction.as_dvec3());
+            assert!(facing < 0.0, "{}: {ray:?} meets {hit:?} from behind", engine.name());
+            met += 1;
+        }
+        assert!(met > 30_000, "{}: {met}", engine.name());
     }
 }
