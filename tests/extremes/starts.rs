@@ -334,7 +334,9 @@ fn what_turns_away_is_not_met_from_behind() {
     for engine in engines(&shapes).into_iter().filter(|engine| engine.name().contains("Rust")) {
         let mut met = 0;
         for (target, u) in targets.iter().zip(points_3d(471, 60_000)) {
-            let origin = warp::square_to_uniform_sphere(glam::Vec2::new(u.x, u.y)) * 3.0;
+            let origin: Vec3A =
+                warp::square_to_uniform_sphere(glam::Vec2::new(u.x, u.y).into()).into();
+            let origin = origin * 3.0;
             let to = target - origin.as_dvec3();
             let ray = Ray::new(origin, to.normalize().as_vec3a());
             let Some(hit) = engine.closest_hit(&ray) else { continue };

@@ -70,7 +70,11 @@ impl Folder {
     }
 
     pub(crate) fn spawn(&self, arguments: &str) -> Child {
-        Command::new(PROGRAM)
+        self.start(&mut Command::new(PROGRAM), arguments)
+    }
+
+    fn start(&self, command: &mut Command, arguments: &str) -> Child {
+        command
             .args(arguments.split_whitespace())
             .current_dir(self.0.path())
             .stdin(Stdio::null())
@@ -105,7 +109,10 @@ impl Folder {
     pub(crate) fn interrupt(&self, arguments: &str, begun: impl Fn(&Run) -> bool) -> Run {
         let mut delay = Duration::from_millis(200);
         loop {
-            let run = Endless(Some(self.spawn(arguments))).interrupt(delay);
+            // Where the tests run behind a shell's `&`, SIGINT is ignored, and the program keeps that.
+            let mut command = Command::new("env");
+            command.args(["--default-signal=INT", PROGRAM]);
+            let run = Endless(Some(self.start(&mut command, arguments))).interrupt(delay);
             if begun(&run) {
                 return run;
             }

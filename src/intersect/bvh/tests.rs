@@ -1,11 +1,13 @@
 //! The tree, from inside: its structure, and that neither it nor the processor changes an answer.
 
+use std::cmp::Ordering;
+
 use glam::Vec3A;
 
 use super::node::ChildKind;
 use super::*;
 use crate::intersect::triangle::tests::Candidates;
-use crate::intersect::triangle::{RayTriangle, TriangleHit};
+use crate::intersect::triangle::{Corners, RayTriangle, TriangleHit, nearer};
 use crate::math::{Aabb, Frame, warp};
 use crate::sampler::{Independent, PathSampler};
 use crate::shape::{Sphere, TriangleMesh};
@@ -233,18 +235,27 @@ fn brute_force(bvh: &Bvh, ray: &Ray) -> Option<Found> {
         let candidates = Level::baseline().run(Candidates(test, &pack.corners));
         let candidate = |lane: &usize| candidates >> lane & 1 == 1 && pack.is_occupied(*lane);
         for lane in (0..LANES).filter(candidate) {
-            if let Some(TriangleHit { t, u, v }) = test.hit(ray, &pack.corners(lane)) {
-                hits.push(Found { t, u, v, id: pack.id(lane), inner: Inner::NONE });
+            let corners = pack.corners(lane);
+            if let Some(TriangleHit { t, u, v }) = test.hit(ray, &corners) {
+                let found = Found { t, u, v, id: pack.id(lane), inner: Inner::NONE };
+                hits.push((found, Some(corners)));
             }
         }
     }
     for (shape, &id) in bvh.shapes.iter().zip(&bvh.offsets) {
         if let Geometry::Analytic(analytic) = shape.geometry() {
-            let found = |(t, u, v)| Found { t, u, v, id, inner: Inner::NONE };
+            let found = |(t, u, v)| (Found { t, u, v, id, inner: Inner::NONE }, None);
             hits.extend(analytic.intersect(ray).map(found));
         }
     }
-    hits.into_iter().min_by(|a, b| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)))
+    let in_f64 = |a: &Option<Corners>, b: &Option<Corners>| match (a, b) {
+        (Some(a), Some(b)) => nearer(ray, a, b),
+        _ => Ordering::Equal,
+    };
+    let first = hits.into_iter().min_by(|(a, a_corners), (b, b_corners)| {
+        a.t.total_cmp(&b.t).then(in_f64(a_corners, b_corners)).then(a.id.cmp(&b.id))
+    });
+    first.map(|(found, _)| found)
 }
 
 /// No box is missed that holds something the watertight test would hit, and of hits at one distance
