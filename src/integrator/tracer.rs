@@ -63,6 +63,14 @@ pub struct Vertex<'a> {
     pub bsdf: &'a dyn Bsdf,
 }
 
+/// What the camera sees at the end of a ray.
+pub(super) enum CameraView {
+    /// This, without any bounce.
+    Seen(Estimate),
+    /// Nothing that it shows: the ray goes on behind it.
+    Behind(Ray),
+}
+
 impl Vertex<'_> {
     /// The shading normal as the material sees it from the start of `ray`.
     // Inlined for the same reason as `Tracer::closest_vertex`.
@@ -142,30 +150,30 @@ impl<'a> Tracer<'a> {
         loop {
             let vertex = self.closest_vertex(ray);
             match self.seen_by_camera(ray, vertex.as_ref(), hide_emitters) {
-                Ok(estimate) => return (vertex, estimate),
-                Err(behind) => *ray = behind,
+                CameraView::Seen(estimate) => return (vertex, estimate),
+                CameraView::Behind(rest) => *ray = rest,
             }
         }
     }
 
-    /// What the camera sees of `vertex` without any bounce; `Err`: the ray goes on behind it.
+    /// What the camera sees of `vertex` without any bounce.
     pub(super) fn seen_by_camera(
         &self,
         ray: &Ray,
         vertex: Option<&Vertex<'a>>,
         hide_emitters: bool,
-    ) -> Result<Estimate, Ray> {
+    ) -> CameraView {
         if !hide_emitters {
             let radiance = self.emitted(ray, vertex);
             let alpha = if vertex.is_some() { 1.0 } else { self.background_alpha() };
-            return Ok(Estimate { radiance, alpha });
+            return CameraView::Seen(Estimate { radiance, alpha });
         }
         match vertex {
             Some(v) if v.object.emitter.is_some() => {
-                Err(v.surface.spawn(ray.direction).until(ray.t_max - v.hit.t))
+                CameraView::Behind(v.surface.spawn(ray.direction).until(ray.t_max - v.hit.t))
             }
-            Some(_) => Ok(Estimate { radiance: Rgb::ZERO, alpha: 1.0 }),
-            None => Ok(Estimate::default()),
+            Some(_) => CameraView::Seen(Estimate { radiance: Rgb::ZERO, alpha: 1.0 }),
+            None => CameraView::Seen(Estimate::default()),
         }
     }
 

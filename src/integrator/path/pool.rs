@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 
 use super::{Carried, Path};
-use crate::integrator::tracer::Shading;
+use crate::integrator::tracer::{CameraView, Shading};
 use crate::integrator::{Estimate, Sample, Tracer};
 use crate::math::Rgb;
 use crate::ray::{Hit, Ray};
@@ -131,8 +131,8 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
             None => {
                 let hide = integrator.settings.hide_emitters;
                 match tracer.seen_by_camera(ray, here, hide) {
-                    Ok(estimate) => path.estimate = estimate,
-                    Err(behind) => return Some(behind),
+                    CameraView::Seen(estimate) => path.estimate = estimate,
+                    CameraView::Behind(rest) => return Some(rest),
                 }
                 path.carried.insert(Carried::BEGUN)
             }
