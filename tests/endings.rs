@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use support::command::{Folder, PROGRAM, Run};
+use support::command::{Folder, PROGRAM, Run, with_signals};
 
 /// Numbers of signals.
 const HUP: u32 = 1;
@@ -51,7 +51,7 @@ fn end(child: Child) -> Run {
 
 /// Runs the program by a shell that has set its signals.
 fn by_shell(folder: &Folder, prepare: &str) -> Child {
-    Command::new("sh")
+    with_signals("sh")
         .args(["-c", &format!("{prepare}; exec {PROGRAM} {ENDLESS} -o a.exr")])
         .current_dir(folder.path(""))
         .stdin(Stdio::null())

@@ -70,11 +70,7 @@ impl Folder {
     }
 
     pub(crate) fn spawn(&self, arguments: &str) -> Child {
-        self.start(&mut Command::new(PROGRAM), arguments)
-    }
-
-    fn start(&self, command: &mut Command, arguments: &str) -> Child {
-        command
+        with_signals(PROGRAM)
             .args(arguments.split_whitespace())
             .current_dir(self.0.path())
             .stdin(Stdio::null())
@@ -109,10 +105,7 @@ impl Folder {
     pub(crate) fn interrupt(&self, arguments: &str, begun: impl Fn(&Run) -> bool) -> Run {
         let mut delay = Duration::from_millis(200);
         loop {
-            // Where the tests run behind a shell's `&`, SIGINT is ignored, and the program keeps that.
-            let mut command = Command::new("env");
-            command.args(["--default-signal=INT", PROGRAM]);
-            let run = Endless(Some(self.start(&mut command, arguments))).interrupt(delay);
+            let run = Endless(Some(self.spawn(arguments))).interrupt(delay);
             if begun(&run) {
                 return run;
             }
@@ -147,6 +140,14 @@ impl From<Output> for Run {
         assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
         run
     }
+}
+
+/// A program that obeys the signals that end a run. It would keep to ignore them where the tests run behind a shell's `&` or
+/// `nohup`.
+pub(crate) fn with_signals(program: &str) -> Command {
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP,INT,TERM", program]);
+    command
 }
 
 /// A run without end, which ends with the test if that fails.
