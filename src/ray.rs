@@ -2,6 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
 
+use crate::math::UNIT_ROUNDOFF as U;
+
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
 ///
 /// World frame, lengths in scene units. `direction` has unit length, so `t` is a distance.
@@ -112,11 +114,7 @@ impl RayEnd {
     #[must_use]
     #[inline(always)]
     pub fn start(&self) -> Vec3A {
-        let lift = match self.side {
-            Side::Front => self.lift(),
-            Side::Back => -self.lift(),
-        };
-        self.point.as_vec3a() + Vec3A::from(self.normal) * lift
+        self.point.as_vec3a() + self.facing_normal() * self.lift()
     }
 
     /// The same end, away from edges, of the ray whose direction `map` turns into `direction`, in the space that `map` leads to; `normals`
@@ -127,9 +125,6 @@ impl RayEnd {
         Self::new(map.transform_point3(self.point), normal, direction)
     }
 }
-
-/// Half of the spacing of f32 at 1: what rounding to f32 changes a number by, relatively, at most.
-const U: f32 = 0.5 * f32::EPSILON;
 
 impl Ray {
     /// Components at or above this magnitude overflow in Embree's own tests of a box

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use glam::{DVec2, DVec3, Vec3A};
 
-use crate::math::{Rgb, type_word};
+use crate::math::{Rgb, UNIT_ROUNDOFF, type_word};
 use crate::ray::{Hit, Ray, RayEnd};
 use crate::shape::SurfacePoint;
 
@@ -136,4 +136,4 @@ impl EmitterSample {
 
 /// How much of a segment is searched: an engine's distances are off by a few roundings of f32, and would place the
 /// light's own surface before the light.
-const BEFORE_END: f32 = 1.0 - 8.0 * 0.5 * f32::EPSILON;
+const BEFORE_END: f32 = 1.0 - 8.0 * UNIT_ROUNDOFF;

@@ -50,9 +50,19 @@ pub trait Integrator: Debug + Send + Sync {
         samples: &mut dyn Iterator<Item = Sample<'s>>,
         done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
     ) {
-        for Sample { ray, mut sampler } in samples {
-            done(self.estimate(tracer, &ray, &mut sampler), tracer);
-        }
+        one_by_one(self, tracer, samples, done);
+    }
+}
+
+/// [`Integrator::estimates`], one sample after the other.
+fn one_by_one<'a, 's>(
+    integrator: &(impl Integrator + ?Sized),
+    tracer: &mut Tracer<'a>,
+    samples: &mut dyn Iterator<Item = Sample<'s>>,
+    done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
+) {
+    for Sample { ray, mut sampler } in samples {
+        done(integrator.estimate(tracer, &ray, &mut sampler), tracer);
     }
 }
 

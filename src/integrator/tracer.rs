@@ -1,5 +1,7 @@
 //! What every integrator asks of a scene: the next vertex of a path, and whether light gets through.
 
+use std::iter;
+
 use glam::{DVec3, Vec3A};
 
 use super::Estimate;
@@ -104,8 +106,7 @@ impl<'a> Tracer<'a> {
     pub fn closest_vertex(&mut self, ray: &Ray) -> Option<Vertex<'a>> {
         self.counts.closest += 1;
         let Some(hit) = self.engine.closest_hit(ray) else {
-            // Asked only of rays that found nothing, which is what engines say to untraceable ones.
-            self.counts.untraceable += u64::from(!ray.is_traceable());
+            self.count_untraceable(iter::once(ray));
             return None;
         };
         Some(self.vertex(ray, hit))
@@ -128,7 +129,7 @@ impl<'a> Tracer<'a> {
         self.counts.closest += rays.len() as u64;
         self.engine.closest_hits(rays, hits);
         let missed = rays.iter().zip(hits).filter(|(_, hit)| hit.is_none());
-        self.counts.untraceable += missed.filter(|(ray, _)| !ray.is_traceable()).count() as u64;
+        self.count_untraceable(missed.map(|(ray, _)| ray));
     }
 
     /// [`Tracer::occluded`] of each ray.
@@ -136,7 +137,13 @@ impl<'a> Tracer<'a> {
         self.counts.occlusion += rays.len() as u64;
         self.engine.occluded_many(rays, occluded);
         let free = rays.iter().zip(occluded).filter(|(_, occluded)| !**occluded);
-        self.counts.untraceable += free.filter(|(ray, _)| !ray.is_traceable()).count() as u64;
+        self.count_untraceable(free.map(|(ray, _)| ray));
+    }
+
+    /// Counts among rays that found nothing, which is what engines say to untraceable ones.
+    #[inline(always)]
+    fn count_untraceable<'r>(&mut self, rays: impl Iterator<Item = &'r Ray>) {
+        self.counts.untraceable += rays.filter(|ray| !ray.is_traceable()).count() as u64;
     }
 
     /// The first vertex of a path from the camera, and the estimate that holds what the camera sees
@@ -187,7 +194,7 @@ impl<'a> Tracer<'a> {
         self.counts.occlusion += 1;
         let occluded = self.engine.occluded(ray);
         if !occluded {
-            self.counts.untraceable += u64::from(!ray.is_traceable());
+            self.count_untraceable(iter::once(ray));
         }
         occluded
     }

@@ -19,6 +19,7 @@
 
 use glam::{DVec3, Vec3A};
 
+use crate::math::UNIT_ROUNDOFF as U;
 use crate::ray::{Ray, RayEnd};
 use crate::shape::Analytic;
 
@@ -28,9 +29,6 @@ pub(super) struct Doubt {
     near: f32,
     far: f32,
 }
-
-/// Half of the spacing of f32 at 1.
-const U: f32 = 0.5 * f32::EPSILON;
 
 impl Doubt {
     /// For an engine over shapes whose coordinates are `reach` at most.

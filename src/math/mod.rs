@@ -22,6 +22,9 @@ pub use motion::Motion;
 /// Linear sRGB: radiance in W·m⁻²·sr⁻¹ per channel, or a unitless reflectance.
 pub type Rgb = glam::Vec3A;
 
+/// Unit roundoff of f32, u = 2⁻²⁴: by how much at most, relatively, rounding to f32 changes a number.
+pub(crate) const UNIT_ROUNDOFF: f32 = 0.5 * f32::EPSILON;
+
 /// The last word of a type's name, for reports: `Diffuse`.
 #[must_use]
 pub(crate) fn type_word<T: ?Sized>() -> &'static str {

@@ -256,8 +256,10 @@ impl<'a> Renderer<'a> {
         let begun: Vec<_> = tile
             .pixels()
             .enumerate()
-            .map(|(pixel, (x, y))| (tile.cell(pixel, half), x, y))
-            .map(|(cell, x, y)| (cell, x, y, tile.count(cell)))
+            .map(|(pixel, (x, y))| {
+                let cell = tile.cell(pixel, half);
+                (cell, x, y, tile.count(cell))
+            })
             .collect();
         let ids = || {
             begun.iter().flat_map(|&(cell, x, y, first)| {
@@ -275,6 +277,7 @@ impl<'a> Renderer<'a> {
                 }
             }
             if let Some(aov) = &self.aov {
+                // Once more: by now the path is far from the camera.
                 let ray = self.begin(sampler.as_ref(), id).ray;
                 self.add_layers(tile, cell, id, aov, &ray, tracer);
             }

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-use crate::math::{Aabb, Cone, type_word};
+use crate::math::{Aabb, Cone, UNIT_ROUNDOFF as U, type_word};
 use crate::ray::{Hit, Inward, Ray, RayEnd};
 
 pub mod cylinder;
@@ -184,7 +184,6 @@ impl NearEdge {
     /// Where the ray towards `direction` (unit) starts that has this end.
     #[cold]
     fn start(&self, end: &RayEnd, direction: Vec3A) -> Vec3A {
-        const U: f64 = 0.5 * f32::EPSILON as f64;
         let (normal, direction) = (end.normal.as_dvec3(), direction.as_dvec3());
         let (rounding, size) = (rounding_of(end.point), f64::from(self.size));
         let (lift, back) = if is_coarse(rounding, size) {
@@ -194,7 +193,7 @@ impl NearEdge {
             // Rounded once, from f64: a little more than one is enough.
             (1.25, (STEP_BACK * rounding).min(size))
         };
-        let lift = normal * (lift * U * normal.abs().dot(end.point.abs()));
+        let lift = normal * (lift * f64::from(U) * normal.abs().dot(end.point.abs()));
         let lift = if normal.dot(direction) < 0.0 { -lift } else { lift };
         (end.point + self.shift.as_dvec3() + lift - direction * back).as_vec3a()
     }
@@ -267,8 +266,7 @@ const OFF_EDGE: f64 = 1.0 / (1u64 << 42) as f64;
 /// What rounding to f32 may move a point by.
 #[inline(always)]
 fn rounding_of(position: DVec3) -> f64 {
-    const U: f64 = 0.5 * f32::EPSILON as f64;
-    U * position.abs().element_sum()
+    f64::from(U) * position.abs().element_sum()
 }
 
 /// A point of a shape chosen as seen from another point.

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
 use super::{NEAR_EDGE, NearEdge, OFF_EDGE, SurfacePoint, rounding_of};
-use crate::math::Frame;
+use crate::math::{Frame, UNIT_ROUNDOFF as U};
 use crate::ray::Ray;
 
 /// A triangle with what is derived from its corners, in f64, where the corners' differences are exact or nearly so.
@@ -135,7 +135,6 @@ impl Triangle {
     /// points at the origin, which f64 places by roundings of the corners.
     #[inline(always)]
     fn rounding(&self, position: DVec3) -> f32 {
-        const U: f32 = 0.5 * f32::EPSILON;
         const AT_ORIGIN: f32 = 1.0 / (1u32 << 16) as f32;
         let length = self.length();
         U * (position.as_vec3a().abs().element_sum() + AT_ORIGIN * length) * length

@@ -120,13 +120,18 @@ fn meshes() -> Vec<Room> {
     rooms().into_iter().filter(|room| room.1.len() < 3 && at_origin(room)).collect()
 }
 
+/// Walls that reflect on both sides, under a white sky.
+fn under_sky(walls: &[Arc<dyn Shape>]) -> Scene {
+    let both = TwoSided::new(Box::new(Diffuse::new(Rgb::splat(0.8))), None).expect("reflects");
+    let bsdfs: Vec<Box<dyn Bsdf>> = vec![Box::new(both)];
+    let sky: Vec<Box<dyn Emitter>> = vec![Box::new(Constant::new(Rgb::ONE))];
+    let objects = walls.iter().map(|shape| object(shape.clone(), 0, None)).collect();
+    Scene::new(objects, bsdfs, sky, Some(0)).expect("valid")
+}
+
 fn no_light_gets_in(rooms: Vec<Room>, paths: u32) {
     for (name, shapes, inside) in rooms {
-        let both = TwoSided::new(Box::new(Diffuse::new(Rgb::splat(0.8))), None).expect("reflects");
-        let bsdfs: Vec<Box<dyn Bsdf>> = vec![Box::new(both)];
-        let sky: Vec<Box<dyn Emitter>> = vec![Box::new(Constant::new(Rgb::ONE))];
-        let objects = shapes.iter().map(|shape| object(shape.clone(), 0, None)).collect();
-        let scene = Scene::new(objects, bsdfs, sky, Some(0)).expect("valid");
+        let scene = under_sky(&shapes);
         let path = Path::new(&PathSettings::default(), &scene);
         for engine in engines(&scene.shapes()) {
             let mut tracer = Tracer::new(&scene, engine.as_ref());
@@ -139,10 +144,7 @@ fn no_light_gets_in(rooms: Vec<Room>, paths: u32) {
         let Some((_, rest)) = shapes.split_last().filter(|(_, rest)| rest.len() == 2) else {
             continue;
         };
-        let open = rest.iter().map(|shape| object(shape.clone(), 0, None)).collect();
-        let both = TwoSided::new(Box::new(Diffuse::new(Rgb::splat(0.8))), None).expect("reflects");
-        let sky: Vec<Box<dyn Emitter>> = vec![Box::new(Constant::new(Rgb::ONE))];
-        let scene = Scene::new(open, vec![Box::new(both)], sky, Some(0)).expect("valid");
+        let scene = under_sky(rest);
         let path = Path::new(&PathSettings::default(), &scene);
         for engine in engines(&scene.shapes()) {
             let mut tracer = Tracer::new(&scene, engine.as_ref());

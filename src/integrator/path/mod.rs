@@ -1,7 +1,7 @@
 //! The path tracer: the single-sum path integral, one path a sample.
 
 use super::tracer::{Shading, sight};
-use super::{Estimate, Integrator, Sample, Tracer, Vertex};
+use super::{Estimate, Integrator, Sample, Tracer, Vertex, one_by_one};
 use crate::bsdf::Lobe;
 use crate::emitter::{EmitterChoice, EmitterSample, Receiver};
 use crate::math::Rgb;
@@ -145,8 +145,26 @@ impl Path {
         Some((scattered * light.weight * weight, light))
     }
 
-    /// Chooses the direction in which the path goes on, if it does: the next ray. Where it ends because its
-    /// throughput is NaN, that is what it leaves.
+    /// The next ray of the path, if it goes on. Where it ends with a throughput that is NaN, this spoils the estimate, so
+    /// that the sample is counted.
+    // Inlined for the same reason as `Tracer::closest_vertex`.
+    #[inline(always)]
+    fn go_on(
+        &self,
+        vertex: &Vertex<'_>,
+        shading: &Shading<'_>,
+        path: &mut Carried,
+        sampler: &mut PathSampler<'_>,
+        estimate: &mut Estimate,
+    ) -> Option<Ray> {
+        let next = self.scatter(vertex, shading, path, sampler);
+        if next.is_none() && path.throughput.is_nan() {
+            estimate.radiance = path.throughput;
+        }
+        next
+    }
+
+    /// Chooses the direction in which the path goes on, and whether it does.
     // Inlined for the same reason as `Tracer::closest_vertex`.
     #[inline(always)]
     fn scatter(
@@ -228,13 +246,8 @@ impl Path {
                     estimate.radiance += path.throughput * (arriving / samples as f32);
                 }
             }
-            let Some(next) = self.scatter(here, &shading, &mut path, sampler) else {
-                // What is no number spoils the sample, so that it is counted.
-                if path.throughput.is_nan() {
-                    estimate.radiance = path.throughput;
-                }
-                break;
-            };
+            let next = self.go_on(here, &shading, &mut path, sampler, estimate);
+            let Some(next) = next else { break };
             ray = next;
             vertex = tracer.closest_vertex(&ray);
             self.arrive(tracer, &ray, vertex.as_ref(), &path, estimate);
@@ -267,11 +280,9 @@ impl Integrator for Path {
     ) {
         if self.settings.bsdf_samples == 1 {
             Pool::new(self, tracer).run(samples, done);
-            return;
-        }
-        // A path that splits has to keep its first vertex.
-        for Sample { ray, mut sampler } in samples {
-            done(self.estimate(tracer, &ray, &mut sampler), tracer);
+        } else {
+            // A path that splits has to keep its first vertex.
+            one_by_one(self, tracer, samples, done);
         }
     }
 }

@@ -154,12 +154,7 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
                 }
             }
         }
-        let next = integrator.scatter(here, &shading, carried, &mut path.sampler);
-        // What is no number spoils the sample, so that it is counted.
-        if next.is_none() && carried.throughput.is_nan() {
-            path.estimate.radiance = carried.throughput;
-        }
-        next
+        integrator.go_on(here, &shading, carried, &mut path.sampler, &mut path.estimate)
     }
 
     /// Takes out the paths at these places, the last first, so that the others stay where they are meant.

@@ -13,8 +13,8 @@ use super::node::{Child, ChildKind, Node, Slabs};
 use super::traverse::{Entry, STACK, sort_descending, without_denormals};
 use crate::intersect::spurious::{Doubt, meets_triangle};
 use crate::intersect::triangle::{RayTriangle, TriangleHit, Watertight, in_f64, nearer};
-use crate::math::Aabb;
 use crate::math::real::{Lanes, Level, Mask, Simd, Task, f32x8};
+use crate::math::{Aabb, UNIT_ROUNDOFF as U};
 use crate::ray::{Hit, Ray};
 use crate::shape::{DeformingMesh, Geometry, Shape};
 
@@ -118,7 +118,6 @@ impl Part {
 /// rounds: with u = 2⁻²⁴, the fraction f is off by u f, so a plane p (1 - f) + q f by u |q - p|; 1 - f, both
 /// products and the sum are rounded once, which adds less than 3u max(|p|, |q|).
 fn with_margin(boxes: [Aabb; 2]) -> [Aabb; 2] {
-    const U: f32 = 0.5 * f32::EPSILON;
     let [a, b] = boxes.map(|bounds| outward(&bounds));
     let reach = a.min.abs().max(a.max.abs()).max(b.min.abs()).max(b.max.abs());
     let margin = reach * (8.0 * U);

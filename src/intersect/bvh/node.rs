@@ -3,8 +3,8 @@
 
 use super::LANES;
 use crate::intersect::triangle::{Corners, Corners8};
-use crate::math::Aabb;
 use crate::math::real::{Lanes, Real, Simd, Uint, f32x8, mask32x8, u32x8};
+use crate::math::{Aabb, UNIT_ROUNDOFF};
 use crate::ray::Ray;
 
 /// Boxes of up to eight children and what is in them. Four cache lines.
@@ -150,7 +150,7 @@ impl Node {
 /// in the box (`outward`), which leaves L - o <= t d (1 ± u) <= H - o. Each side of the test is rounded three
 /// times, t once, so that it enters the box at no more than t (1 + 5u) and leaves it at no less than
 /// t (1 - 5u).
-const WIDEN: f32 = 1.0 + 16.0 * (0.5 * f32::EPSILON);
+const WIDEN: f32 = 1.0 + 16.0 * UNIT_ROUNDOFF;
 
 /// What the test of boxes needs to know of a ray.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! The watertight test: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (2013).
 
 use super::{Corners, Corners8, RayTriangle, Solution, TriangleHit, same_sign, within};
+use crate::math::UNIT_ROUNDOFF;
 use crate::math::real::{Lanes, Real, Simd, f32x8, mask32x8};
 use crate::ray::Ray;
 
@@ -29,7 +30,7 @@ pub(in crate::intersect) struct Watertight {
 /// |z|. A place is x = (X - oX) - s z: with the roundings of both differences, of s and of its product
 /// with z, and |X - oX| <= r + h, it errs by no more than u (2r + 4h). An edge function, a difference of
 /// two products, then errs by 4r times that, and by 4u r² for its own roundings: 20u r (r + h) at most.
-const ERROR: f32 = 24.0 * (0.5 * f32::EPSILON);
+const ERROR: f32 = 24.0 * UNIT_ROUNDOFF;
 
 /// Where corners are in the frame, in f64: the same for every triangle that has the corner.
 struct Places {

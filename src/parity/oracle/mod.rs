@@ -47,7 +47,7 @@ use std::sync::Arc;
 use glam::{Vec3, Vec3A};
 
 use crate::intersect::groups::build_groups;
-use crate::math::Aabb;
+use crate::math::{Aabb, UNIT_ROUNDOFF};
 use crate::ray::Ray;
 use crate::shape::{Geometry, Shape};
 
@@ -73,7 +73,7 @@ use tree::Tree;
 /// What rounding in f32 may shift, at a distance `reach` from the origin of a ray: see the module.
 #[must_use]
 pub fn bound(reach: f64) -> f64 {
-    const FACTOR: f64 = 32.0 * 0.5 * f32::EPSILON as f64;
+    const FACTOR: f64 = 32.0 * UNIT_ROUNDOFF as f64;
     FACTOR * reach
 }
 

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::locate;
-use crate::math::Aabb;
+use crate::math::{Aabb, UNIT_ROUNDOFF as U};
 use crate::shape::{Geometry, Shape};
 
 /// A box. The fourth coordinates mean nothing.
@@ -107,7 +107,6 @@ pub(in super::super) fn references(shapes: &[Arc<dyn Shape>], offsets: &[u32]) -
 /// The box of a triangle with the margin that `node::WIDEN` counts on: u times its largest extent, and
 /// what rounding may take from that again.
 pub(in super::super) fn outward(bounds: &Aabb) -> Aabb {
-    const U: f32 = 0.5 * f32::EPSILON;
     let extent = U * (bounds.max - bounds.min).max_element();
     // The least is for corners that are 0 or denormal.
     let margin = |side: Vec3| extent + 2.0 * U * side.abs() + f32::from_bits(4);
