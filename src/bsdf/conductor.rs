@@ -41,11 +41,10 @@ impl Metal {
 
     /// The reflected fraction at the cosine `cos` > 0.
     pub(super) fn reflectance(&self, place: &Place, cos: f32) -> Rgb {
-        let fresnel = self
-            .index
-            .as_ref()
-            .map_or(Rgb::ONE, |(eta, k)| fresnel::conductor(cos, eta.at(place.uv), k.at(place.uv)));
-        fresnel * self.specular_reflectance.at(place.uv)
+        let fresnel = self.index.as_ref().map_or(Rgb::ONE, |(eta, k)| {
+            fresnel::conductor(cos, eta.at(place.uv).into(), k.at(place.uv).into())
+        });
+        fresnel * Rgb::from(self.specular_reflectance.at(place.uv))
     }
 
     /// Those of a material with this metal.

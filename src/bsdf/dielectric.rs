@@ -36,8 +36,8 @@ impl Factors {
 
     /// What is scattered where the fraction `reflected` is reflected and the rest transmitted.
     pub(super) fn albedo(&self, place: &Place, reflected: f32) -> Rgb {
-        self.reflectance.at(place.uv) * reflected
-            + self.transmittance.at(place.uv) * (1.0 - reflected)
+        Rgb::from(self.reflectance.at(place.uv)) * reflected
+            + Rgb::from(self.transmittance.at(place.uv)) * (1.0 - reflected)
     }
 }
 
@@ -77,7 +77,7 @@ impl Bsdf for Dielectric {
         if u.x < f.reflectance {
             return Some(BsdfSample {
                 wo: Vec3A::new(-wi.x, -wi.y, wi.z),
-                weight: self.factors.reflectance.at(place.uv),
+                weight: self.factors.reflectance.at(place.uv).into(),
                 pdf: f.reflectance,
                 lobe: Lobe::Delta,
                 eta: 1.0,
@@ -87,7 +87,7 @@ impl Bsdf for Dielectric {
         Some(BsdfSample {
             wo,
             // Radiance is squeezed into a smaller cone on the denser side (Veach 1997, section 5.2).
-            weight: self.factors.transmittance.at(place.uv) / (f.eta * f.eta),
+            weight: Rgb::from(self.factors.transmittance.at(place.uv)) / (f.eta * f.eta),
             pdf: 1.0 - f.reflectance,
             lobe: Lobe::Delta,
             eta: f.eta,

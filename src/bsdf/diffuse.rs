@@ -2,9 +2,9 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3A};
-
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place};
+use super::{Flags, Material, Place, Scattered};
+use crate::math::real::Real;
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Rgb, warp};
 use crate::texture::Textured;
 
@@ -22,37 +22,32 @@ impl Diffuse {
     }
 }
 
-impl Bsdf for Diffuse {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        if wi.z > 0.0 && wo.z > 0.0 {
-            self.reflectance.at(place.uv) * (FRAC_1_PI * wo.z)
-        } else {
-            Rgb::ZERO
-        }
+impl Material for Diffuse {
+    #[inline(always)]
+    fn eval<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> Vec3<R> {
+        let above = wi.z.gt(0.0) & wo.z.gt(0.0);
+        self.reflectance.at(place.uv) * R::select(above, wo.z * FRAC_1_PI, 0.0)
     }
 
-    fn pdf(&self, _place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        if wi.z > 0.0 { warp::square_to_cosine_hemisphere_pdf(wo.into()) } else { 0.0 }
+    #[inline(always)]
+    fn pdf<R: Real>(&self, _place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> R {
+        R::select(wi.z.gt(0.0), warp::square_to_cosine_hemisphere_pdf(wo), 0.0)
     }
 
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
-        let wo = Vec3A::from(warp::square_to_cosine_hemisphere(u.into()));
-        let pdf = warp::square_to_cosine_hemisphere_pdf(wo.into());
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
+        let wo = warp::square_to_cosine_hemisphere(u);
+        let pdf = warp::square_to_cosine_hemisphere_pdf(wo);
         // The cosine and π cancel in the weight.
-        (wi.z > 0.0 && pdf > 0.0).then(|| BsdfSample {
-            wo,
-            weight: self.reflectance.at(place.uv),
-            pdf,
-            lobe: Lobe::Smooth,
-            eta: 1.0,
-        })
+        let weight = self.reflectance.at(place.uv);
+        Scattered::smooth(wi.z.gt(0.0) & pdf.gt(0.0), wo, weight, pdf)
     }
 
     fn flags(&self) -> Flags {
         Flags::SMOOTH.textured(&self.reflectance)
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
-        if wi.z > 0.0 { self.reflectance.at(place.uv) } else { Rgb::ZERO }
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
+        self.reflectance.at(place.uv) * f32::from(u8::from(wi.z > 0.0))
     }
 }

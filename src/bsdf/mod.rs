@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3A};
 
+use self::material::{EvalRows, SampleBits, SampleRows, ScatteredRows};
+use crate::math::real::{Level, Rows};
 use crate::math::{Rgb, type_word};
 use crate::texture::Textured;
 
@@ -14,6 +16,7 @@ pub mod dielectric;
 pub mod diffuse;
 pub mod fresnel;
 pub mod mask;
+pub mod material;
 pub mod microfacet;
 pub mod null;
 pub mod perturbed;
@@ -31,6 +34,7 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mask::Mask;
+pub use material::{Material, Scattered};
 pub use null::Null;
 pub use perturbed::Perturbed;
 pub use place::{Needs, Place};
@@ -76,6 +80,22 @@ pub trait Bsdf: Debug + Send + Sync {
     fn kind(&self) -> &'static str {
         type_word::<Self>()
     }
+
+    /// [`Bsdf::eval`] and [`Bsdf::pdf`] in eight lanes, with the same bits: of a [`Material`] all at once, of others one
+    /// after the other.
+    fn eval_eight(&self, _level: Level, input: &EvalRows, output: &mut Rows<4>) {
+        material::eval_lane_by_lane(self, input, output);
+    }
+
+    /// [`Bsdf::sample`] in eight lanes, likewise.
+    fn sample_eight(
+        &self,
+        _level: Level,
+        input: &SampleRows,
+        output: &mut ScatteredRows,
+    ) -> SampleBits {
+        material::sample_lane_by_lane(self, input, output)
+    }
 }
 
 /// A material that is part of several.
@@ -106,6 +126,19 @@ impl Bsdf for Arc<dyn Bsdf> {
 
     fn kind(&self) -> &'static str {
         self.as_ref().kind()
+    }
+
+    fn eval_eight(&self, level: Level, input: &EvalRows, output: &mut Rows<4>) {
+        self.as_ref().eval_eight(level, input, output);
+    }
+
+    fn sample_eight(
+        &self,
+        level: Level,
+        input: &SampleRows,
+        output: &mut ScatteredRows,
+    ) -> SampleBits {
+        self.as_ref().sample_eight(level, input, output)
     }
 }
 

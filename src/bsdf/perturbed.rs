@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3A};
 
 use super::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
+use crate::math::vector::Vec3;
 use crate::math::{Frame, Rgb};
 use crate::texture::{Texture, Textured};
 
@@ -58,12 +59,12 @@ impl Perturbed {
     /// The frame around the turned normal, in coordinates of the local frame.
     fn frame(&self, place: &Place, wi: Vec3A) -> Frame {
         let mut n = match &self.normals {
-            Normals::Map(texture) => texture.at(place.uv) * 2.0 - 1.0,
+            Normals::Map(texture) => Vec3A::from(texture.at(place.uv)) * 2.0 - 1.0,
             Normals::Bump { height, scale } => {
-                let slope = height.gradient(place.uv) * *scale;
-                let flat = |d: Vec3A, rise: f32| Vec3A::new(d.x, d.y, rise);
+                let slope = height.gradient(place.uv.into()) * *scale;
+                let flat = |d: Vec3, rise: f32| Vec3A::new(d.x, d.y, rise);
                 let n = flat(place.dp_du, slope.x).cross(flat(place.dp_dv, slope.y));
-                if n.dot(place.geometric_normal) < 0.0 { -n } else { n }
+                if n.dot(place.geometric_normal.into()) < 0.0 { -n } else { n }
             }
         };
         if self.options.flip_invalid_normals && wi.z * wi.dot(n) <= 0.0 {

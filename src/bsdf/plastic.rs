@@ -57,14 +57,14 @@ impl Coat {
 
     /// The colour of what the coat reflects.
     pub(super) fn specular(&self, place: &Place) -> Rgb {
-        self.specular_reflectance.at(place.uv)
+        self.specular_reflectance.at(place.uv).into()
     }
 
     /// What leaves the base over what enters through the coat, per solid angle inside, times π: all that is
     /// scattered by the base and thrown back by the coat, which lets `escaping` of it pass each time, in a
     /// geometric series.
     pub(super) fn diffuse(&self, place: &Place, escaping: f32) -> Rgb {
-        let base = self.diffuse_reflectance.at(place.uv);
+        let base = Rgb::from(self.diffuse_reflectance.at(place.uv));
         // Without 1 − base·(1 − escaping), which is lost for a white base under a mirror.
         let lost = Rgb::splat(escaping) * if self.nonlinear { base } else { Rgb::ONE };
         let absorbed = if self.nonlinear { Rgb::ONE - base } else { Rgb::ZERO };

@@ -97,9 +97,9 @@ impl Bsdf for RoughDielectric {
         let Some(m) = side.normal(wo) else { return Rgb::ZERO };
         let scale = side.pdf(wo, m) * side.facets.g1(wo, m);
         if wo.z > 0.0 {
-            self.factors.reflectance.at(place.uv) * scale
+            Rgb::from(self.factors.reflectance.at(place.uv)) * scale
         } else {
-            self.factors.transmittance.at(place.uv) * (scale / (side.eta * side.eta))
+            Rgb::from(self.factors.transmittance.at(place.uv)) * (scale / (side.eta * side.eta))
         }
     }
 
@@ -118,11 +118,11 @@ impl Bsdf for RoughDielectric {
         let cos_i = side.wi.dot(m);
         let f = fresnel::dielectric(cos_i, side.eta);
         let (wo, weight, eta) = if choice < f.reflectance {
-            (reflect(side.wi, m)?, self.factors.reflectance.at(place.uv), 1.0)
+            (reflect(side.wi, m)?, self.factors.reflectance.at(place.uv).into(), 1.0)
         } else {
             let refracted = m * (cos_i / f.eta + f.cos_t) - side.wi / f.eta;
             // Radiance is squeezed into a smaller cone on the denser side (Veach 1997, section 5.2).
-            let weight = self.factors.transmittance.at(place.uv) / (f.eta * f.eta);
+            let weight = Rgb::from(self.factors.transmittance.at(place.uv)) / (f.eta * f.eta);
             (refracted.try_normalize()?, weight, f.eta)
         };
         if (wo.z > 0.0) != (eta == 1.0) || wo.z == 0.0 {

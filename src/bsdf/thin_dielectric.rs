@@ -53,7 +53,7 @@ impl Bsdf for ThinDielectric {
         Some(if choose(r, u.x).0 {
             BsdfSample {
                 wo: Vec3A::new(-wi.x, -wi.y, wi.z),
-                weight: self.factors.reflectance.at(place.uv),
+                weight: self.factors.reflectance.at(place.uv).into(),
                 pdf: r,
                 lobe: Lobe::Delta,
                 eta: 1.0,
@@ -61,7 +61,7 @@ impl Bsdf for ThinDielectric {
         } else {
             BsdfSample {
                 wo: -wi,
-                weight: self.factors.transmittance.at(place.uv),
+                weight: self.factors.transmittance.at(place.uv).into(),
                 pdf: 1.0 - r,
                 lobe: Lobe::Null,
                 eta: 1.0,

@@ -275,15 +275,15 @@ impl<'a> Shading<'a> {
     #[inline(never)]
     fn look_up(&mut self, vertex: &Vertex<'a>, ray: &Ray) {
         let shape = vertex.object.shape.as_ref();
-        self.place.uv = shape.uv(ray, &vertex.hit);
+        self.place.uv = shape.uv(ray, &vertex.hit).into();
         if self.flags.needs != Needs::Tangents {
             return;
         }
         let [dp_du, dp_dv] = shape.tangents(ray, &vertex.hit);
         self.frame = Frame::from_normal_and_tangent(self.frame.n, dp_du.into());
-        self.place.dp_du = self.frame.to_local(dp_du.into()).into();
-        self.place.dp_dv = self.frame.to_local(dp_dv.into()).into();
-        self.place.geometric_normal = self.frame.to_local(self.geometric_normal.into()).into();
+        self.place.dp_du = self.frame.to_local(dp_du.into());
+        self.place.dp_dv = self.frame.to_local(dp_dv.into());
+        self.place.geometric_normal = self.frame.to_local(self.geometric_normal.into());
     }
 
     /// See [`Bsdf::albedo`].

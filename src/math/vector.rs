@@ -5,13 +5,20 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::real::{Lanes, Lift, Mask, Real};
+use super::real::{Double, Float, Lanes, Lift, Mask, Real};
 
-/// The most lanes that a number has.
-const MOST_LANES: usize = 8;
+/// The sum, from the first on.
+#[inline(always)]
+fn sum<R: Float, const N: usize>(terms: [R; N]) -> R {
+    let mut sum = terms[0];
+    for term in &terms[1..] {
+        sum += *term;
+    }
+    sum
+}
 
 macro_rules! vector {
-    ($(#[$doc:meta])* $Vector:ident: $($component:ident),*; first $first:ident) => {
+    ($(#[$doc:meta])* $Vector:ident: $($component:ident),*; $count:literal of them, first $first:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct $Vector<R = f32> {
@@ -21,12 +28,56 @@ macro_rules! vector {
             )*
         }
 
-        impl<R: Real> $Vector<R> {
+        impl<R> $Vector<R> {
             /// From its components.
             #[inline(always)]
             #[must_use]
             pub const fn new($($component: R),*) -> Self {
                 Self { $($component),* }
+            }
+
+            /// Its components.
+            #[inline(always)]
+            #[must_use]
+            pub fn to_array(self) -> [R; $count] {
+                [$(self.$component),*]
+            }
+
+            /// Something of each component.
+            #[inline(always)]
+            #[must_use]
+            pub fn map<T>(self, mut of: impl FnMut(R) -> T) -> $Vector<T> {
+                $Vector { $($component: of(self.$component)),* }
+            }
+        }
+
+        impl<R> From<[R; $count]> for $Vector<R> {
+            #[inline(always)]
+            fn from([$($component),*]: [R; $count]) -> Self {
+                Self { $($component),* }
+            }
+        }
+
+        impl<R: Float> $Vector<R> {
+            /// Of each component its magnitude.
+            #[inline(always)]
+            #[must_use]
+            pub fn abs(self) -> Self {
+                self.map(R::abs)
+            }
+
+            /// The sum of the components.
+            #[inline(always)]
+            #[must_use]
+            pub fn element_sum(self) -> R {
+                sum([$(self.$component),*])
+            }
+
+            /// The components' products.
+            #[inline(always)]
+            #[must_use]
+            pub fn times(self, other: Self) -> Self {
+                Self { $($component: self.$component * other.$component),* }
             }
 
             /// The square of the length.
@@ -51,6 +102,25 @@ macro_rules! vector {
                 self / self.length()
             }
 
+        }
+
+        impl<D: Double> $Vector<D> {
+            /// The nearest vector of less precision.
+            #[inline(always)]
+            #[must_use]
+            pub fn narrow(self) -> $Vector<D::Real> {
+                self.map(D::narrow)
+            }
+        }
+
+        impl<R: Real> $Vector<R> {
+            /// The same vector in twice the precision.
+            #[inline(always)]
+            #[must_use]
+            pub fn widen(self) -> $Vector<R::Double> {
+                self.map(R::widen)
+            }
+
             /// The unit vector of the same direction, and whether there is one: whether the inverse of the length is
             /// finite and above 0.
             #[inline(always)]
@@ -68,12 +138,18 @@ macro_rules! vector {
             }
         }
 
-        impl<R: Real> Lanes for $Vector<R> {
-            type Lane = $Vector<f32>;
+        impl<R: Float> Lanes for $Vector<R> {
+            type Lane = $Vector<R::Lane>;
             type Mask = R::Mask;
             type Token = R::Token;
+            type Each<T: Copy> = R::Each<T>;
 
             const LANES: usize = R::LANES;
+
+            #[inline(always)]
+            fn each<T: Copy>(of: impl FnMut(usize) -> T) -> R::Each<T> {
+                R::each(of)
+            }
 
             #[inline(always)]
             fn token(self) -> R::Token {
@@ -86,12 +162,8 @@ macro_rules! vector {
             }
 
             #[inline(always)]
-            fn from_fn(token: R::Token, mut value: impl FnMut(usize) -> Self::Lane) -> Self {
-                let mut values = [Self::Lane::default(); MOST_LANES];
-                for i in 0..R::LANES {
-                    values[i] = value(i);
-                }
-                Self::load(token, &values[..R::LANES])
+            fn from_fn(token: R::Token, value: impl FnMut(usize) -> Self::Lane) -> Self {
+                Self::load(token, R::each(value).as_ref())
             }
 
             #[inline(always)]
@@ -120,14 +192,14 @@ macro_rules! vector {
             }
         }
 
-        impl<R: Real> Lift<Self> for $Vector<R> {
+        impl<R: Float> Lift<Self> for $Vector<R> {
             #[inline(always)]
             fn lift(self, _: R::Token) -> Self {
                 self
             }
         }
 
-        impl<R: Real> Neg for $Vector<R> {
+        impl<R: Float> Neg for $Vector<R> {
             type Output = Self;
 
             #[inline(always)]
@@ -136,7 +208,7 @@ macro_rules! vector {
             }
         }
 
-        impl<R: Real> Add for $Vector<R> {
+        impl<R: Float> Add for $Vector<R> {
             type Output = Self;
 
             #[inline(always)]
@@ -145,7 +217,7 @@ macro_rules! vector {
             }
         }
 
-        impl<R: Real> Sub for $Vector<R> {
+        impl<R: Float> Sub for $Vector<R> {
             type Output = Self;
 
             #[inline(always)]
@@ -154,7 +226,7 @@ macro_rules! vector {
             }
         }
 
-        impl<R: Real, T: Lift<R>> Mul<T> for $Vector<R> {
+        impl<R: Float, T: Lift<R>> Mul<T> for $Vector<R> {
             type Output = Self;
 
             #[inline(always)]
@@ -164,7 +236,7 @@ macro_rules! vector {
             }
         }
 
-        impl<R: Real, T: Lift<R>> Div<T> for $Vector<R> {
+        impl<R: Float, T: Lift<R>> Div<T> for $Vector<R> {
             type Output = Self;
 
             #[inline(always)]
@@ -178,37 +250,39 @@ macro_rules! vector {
 
 vector! {
     /// A point or a vector of the plane in each lane.
-    Vec2: x, y; first x
+    Vec2: x, y; 2 of them, first x
 }
 
 vector! {
     /// A point or a vector of space in each lane.
-    Vec3: x, y, z; first x
+    Vec3: x, y, z; 3 of them, first x
 }
 
 macro_rules! as_in_glam {
-    ($Vector:ident, $($component:ident),*: $Glam:ident) => {
-        impl From<glam::$Glam> for $Vector {
+    ($Vector:ident, $($component:ident),*: $Glam:ident of $Lane:ty) => {
+        impl From<glam::$Glam> for $Vector<$Lane> {
             #[inline(always)]
             fn from(v: glam::$Glam) -> Self {
                 Self { $($component: v.$component),* }
             }
         }
 
-        impl From<$Vector> for glam::$Glam {
+        impl From<$Vector<$Lane>> for glam::$Glam {
             #[inline(always)]
-            fn from(v: $Vector) -> Self {
+            fn from(v: $Vector<$Lane>) -> Self {
                 Self::new($(v.$component),*)
             }
         }
     };
 }
 
-as_in_glam!(Vec2, x, y: Vec2);
-as_in_glam!(Vec3, x, y, z: Vec3);
-as_in_glam!(Vec3, x, y, z: Vec3A);
+as_in_glam!(Vec2, x, y: Vec2 of f32);
+as_in_glam!(Vec2, x, y: DVec2 of f64);
+as_in_glam!(Vec3, x, y, z: Vec3 of f32);
+as_in_glam!(Vec3, x, y, z: Vec3A of f32);
+as_in_glam!(Vec3, x, y, z: DVec3 of f64);
 
-impl<R: Real> Vec2<R> {
+impl<R: Float> Vec2<R> {
     /// The scalar product.
     #[inline(always)]
     #[must_use]
@@ -224,7 +298,7 @@ impl<R: Real> Vec2<R> {
     }
 }
 
-impl<R: Real> Vec3<R> {
+impl<R: Float> Vec3<R> {
     /// The scalar product.
     #[inline(always)]
     #[must_use]

@@ -40,7 +40,7 @@ impl Checkerboard {
 impl Texture for Checkerboard {
     fn rgb(&self, uv: Vec2) -> Rgb {
         let [least, most] = self.limits.map(Rgb::splat);
-        self.colors[usize::from(!self.same_halves(uv))].at(uv).clamp(least, most)
+        Rgb::from(self.colors[usize::from(!self.same_halves(uv))].at(uv.into())).clamp(least, most)
     }
 
     /// The other colour than that of [`Checkerboard::rgb`], as in Mitsuba 3.9.1: scenes are made to look

@@ -3,8 +3,10 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::Vec2 as GlamVec2;
 
+use crate::math::real::{Lanes, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Rgb, luminance};
 
 pub mod bitmap;
@@ -18,10 +20,10 @@ pub use image::Image;
 /// A function of texture coordinates.
 pub trait Texture: Debug + Send + Sync {
     /// Its colour, linear sRGB.
-    fn rgb(&self, uv: Vec2) -> Rgb;
+    fn rgb(&self, uv: GlamVec2) -> Rgb;
 
     /// Its value where one number is asked for: the luminance of its colour.
-    fn scalar(&self, uv: Vec2) -> f32 {
+    fn scalar(&self, uv: GlamVec2) -> f32 {
         luminance(self.rgb(uv))
     }
 
@@ -32,7 +34,7 @@ pub trait Texture: Debug + Send + Sync {
     fn clamped(&self, limits: [f32; 2]) -> Arc<dyn Texture>;
 
     /// Derivatives of [`Texture::scalar`] after both coordinates; 0 where it jumps.
-    fn gradient(&self, uv: Vec2) -> Vec2;
+    fn gradient(&self, uv: GlamVec2) -> GlamVec2;
 
     /// The mean of [`Texture::scalar`] over the unit square. Guides the choice among lobes, so a rough
     /// value costs noise but no bias.
@@ -57,12 +59,15 @@ impl<T> Textured<T> {
 }
 
 impl Textured<Rgb> {
-    /// The colour at `uv`.
+    /// The colour at `uv`. Textures are looked up lane by lane.
+    #[inline(always)]
     #[must_use]
-    pub fn at(&self, uv: Vec2) -> Rgb {
+    pub fn at<R: Real>(&self, uv: Vec2<R>) -> Vec3<R> {
         match self {
-            Self::Uniform(value) => *value,
-            Self::Varying(texture) => texture.rgb(uv),
+            Self::Uniform(value) => Vec3::splat(uv.token(), (*value).into()),
+            Self::Varying(texture) => {
+                Vec3::from_fn(uv.token(), |i| texture.rgb(uv.lane(i).into()).into())
+            }
         }
     }
 
@@ -86,12 +91,13 @@ impl Textured<Rgb> {
 }
 
 impl Textured<f32> {
-    /// The number at `uv`.
+    /// The number at `uv`. Textures are looked up lane by lane.
+    #[inline(always)]
     #[must_use]
-    pub fn at(&self, uv: Vec2) -> f32 {
+    pub fn at<R: Real>(&self, uv: Vec2<R>) -> R {
         match self {
-            Self::Uniform(value) => *value,
-            Self::Varying(texture) => texture.scalar(uv),
+            Self::Uniform(value) => R::splat(uv.token(), *value),
+            Self::Varying(texture) => R::from_fn(uv.token(), |i| texture.scalar(uv.lane(i).into())),
         }
     }
 }

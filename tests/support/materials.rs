@@ -268,7 +268,7 @@ fn mapped_grey(options: PerturbedOptions, material: Box<dyn Bsdf>) -> Perturbed 
 
 /// A place with these texture coordinates.
 fn at(uv: Vec2) -> Place {
-    Place { uv, ..Place::default() }
+    Place { uv: uv.into(), ..Place::default() }
 }
 
 fn board() -> Arc<dyn Texture> {

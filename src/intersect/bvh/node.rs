@@ -3,7 +3,7 @@
 
 use super::LANES;
 use crate::intersect::triangle::{Corners, Corners8};
-use crate::math::real::{Lanes, Real, Simd, Uint, f32x8, mask32x8, u32x8};
+use crate::math::real::{Float, Lanes, Real, Simd, Uint, f32x8, mask32x8, u32x8};
 use crate::math::{Aabb, UNIT_ROUNDOFF};
 use crate::ray::Ray;
 

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 
 use glam::{DVec3, Vec3};
 
-use crate::math::real::{Real, Simd, f32x8, mask32x8};
+use crate::math::real::{Float, Real, Simd, f32x8, mask32x8};
 use crate::ray::Ray;
 
 mod plain;

@@ -110,7 +110,7 @@ pub(super) fn bitmap(file: &str, more: &str) -> String {
 /// The albedo at texture coordinates.
 pub(super) fn albedo(loaded: &Loaded, u: f32, v: f32) -> Vec3A {
     let scene = &loaded.description.scene;
-    let place = Place { uv: Vec2::new(u, v), ..Place::default() };
+    let place = Place { uv: Vec2::new(u, v).into(), ..Place::default() };
     scene.bsdfs()[scene.objects()[0].bsdf].albedo(&place, Vec3A::Z)
 }
 

@@ -5,14 +5,19 @@ use std::ops::{BitAnd, BitAndAssign, BitOr, BitOrAssign, BitXor, Not};
 /// A value in each lane.
 pub trait Lanes: Copy + 'static {
     /// What one lane holds.
-    type Lane: Copy;
+    type Lane: Copy + Default;
     /// A condition in each lane.
     type Mask: Mask<Token = Self::Token>;
     /// The proof that the processor has the instructions in use; every value carries it and it takes no room.
     type Token: Copy;
+    /// Anything for each lane, as an array.
+    type Each<T: Copy>: Copy + AsRef<[T]> + AsMut<[T]>;
 
     /// How many there are.
     const LANES: usize;
+
+    /// What `of` says of each lane.
+    fn each<T: Copy>(of: impl FnMut(usize) -> T) -> Self::Each<T>;
 
     /// The proof that the value carries.
     fn token(self) -> Self::Token;
@@ -46,6 +51,13 @@ pub trait Lift<T: Lanes> {
 }
 
 impl<T: Lanes<Lane = f32>> Lift<T> for f32 {
+    #[inline(always)]
+    fn lift(self, token: T::Token) -> T {
+        T::splat(token, self)
+    }
+}
+
+impl<T: Lanes<Lane = f64>> Lift<T> for f64 {
     #[inline(always)]
     fn lift(self, token: T::Token) -> T {
         T::splat(token, self)

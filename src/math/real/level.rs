@@ -49,6 +49,22 @@ impl Level {
         Self(Form::Baseline)
     }
 
+    /// The level that a token stands for.
+    #[inline(always)]
+    pub(super) fn of<S: Simd>(token: S) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = token.level().as_avx2() {
+            return Self(Form::Avx2(avx2));
+        }
+        #[cfg(target_arch = "x86_64")]
+        return Self(Form::Sse2(token.level().as_sse2().expect("SSE2 is part of x86-64")));
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            let _ = token;
+            Self(Form::Baseline)
+        }
+    }
+
     /// Does a piece of work at this level.
     #[inline(always)]
     pub fn run<T: Task>(self, task: T) -> T::Output {

@@ -31,13 +31,14 @@
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-pub use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
+pub use fearless_simd::{Simd, f32x8, f64x8, mask32x8, u32x8};
 
 mod eight;
 mod functions;
 mod lanes;
 mod level;
 mod one;
+mod rows;
 #[cfg(test)]
 mod tests;
 mod uint;
@@ -45,6 +46,7 @@ mod uint;
 pub(in crate::math) use functions::sin_cos_octant;
 pub use lanes::{Lanes, Lift, Mask};
 pub use level::{Level, Task};
+pub use rows::Rows;
 pub use uint::Uint;
 
 /// The four operations, also with assignment.
@@ -73,43 +75,20 @@ impl<T, Rhs> Arithmetic<Rhs> for T where
 {
 }
 
-/// A real number in each lane. A constant may stand on the right of an operator and in the place of any
-/// argument: `x * 2.0`, `x.max(0.0)`.
-pub trait Real:
-    Lanes<Lane = f32> + Lift<Self> + Neg<Output = Self> + Arithmetic + Arithmetic<f32>
+/// What real numbers of both precisions have in common.
+pub trait Float:
+    Lanes + Lift<Self> + Neg<Output = Self> + Arithmetic + Arithmetic<Self::Lane>
 {
-    /// Whole numbers in as many lanes, for hashes and bits.
-    type Uint: Uint<Real = Self, Mask = Self::Mask, Token = Self::Token>;
-
-    /// Runs `work` compiled for the instructions that the token stands for, however far that is from where
-    /// the level was chosen: behind a trait object, or where a function is too long to be inlined everywhere.
-    fn vectorize<T>(token: Self::Token, work: impl FnOnce() -> T) -> T;
-
     /// Whether `self < other`; false where either is NaN.
     fn lt(self, other: impl Lift<Self>) -> Self::Mask;
     /// Whether `self <= other`; false where either is NaN.
     fn le(self, other: impl Lift<Self>) -> Self::Mask;
     /// Whether `self == other`; false where either is NaN.
     fn eq(self, other: impl Lift<Self>) -> Self::Mask;
-
-    /// `self < other ? self : other`: `other` where either is NaN, and of two zeros.
-    fn min(self, other: impl Lift<Self>) -> Self;
-    /// `self > other ? self : other`: `other` where either is NaN, and of two zeros.
-    fn max(self, other: impl Lift<Self>) -> Self;
-
     /// Without the sign.
     fn abs(self) -> Self;
-    /// With the sign of `sign`, be it of a zero.
-    fn copysign(self, sign: Self) -> Self;
     /// The square root, rounded once; NaN of what is below zero.
     fn sqrt(self) -> Self;
-    /// The largest whole number that is not above.
-    fn floor(self) -> Self;
-
-    /// The bits of each number.
-    fn to_bits(self) -> Self::Uint;
-    /// The number of each lane's bits.
-    fn from_bits(bits: Self::Uint) -> Self;
 
     /// Whether `self > other`; false where either is NaN.
     #[inline(always)]
@@ -122,6 +101,50 @@ pub trait Real:
     fn ge(self, other: impl Lift<Self>) -> Self::Mask {
         other.lift(self.token()).le(self)
     }
+}
+
+/// A real number of twice the precision in each lane, for positions; `f64` is one lane. In eight lanes, it costs twice
+/// what [`Real`] does.
+pub trait Double: Float<Lane = f64> {
+    /// Reals in as many lanes.
+    type Real: Real<Double = Self, Mask = Self::Mask, Token = Self::Token>;
+
+    /// The nearest real.
+    fn narrow(self) -> Self::Real;
+}
+
+/// A real number in each lane. A constant may stand on the right of an operator and in the place of any
+/// argument: `x * 2.0`, `x.max(0.0)`.
+pub trait Real: Float<Lane = f32> {
+    /// Whole numbers in as many lanes, for hashes and bits.
+    type Uint: Uint<Real = Self, Mask = Self::Mask, Token = Self::Token>;
+    /// Reals of twice the precision in as many lanes.
+    type Double: Double<Real = Self, Mask = Self::Mask, Token = Self::Token>;
+
+    /// The level that the token stands for.
+    fn level(token: Self::Token) -> Level;
+
+    /// Runs `work` compiled for the instructions that the token stands for, however far that is from where
+    /// the level was chosen: behind a trait object, or where a function is too long to be inlined everywhere.
+    fn vectorize<T>(token: Self::Token, work: impl FnOnce() -> T) -> T;
+
+    /// The same number in twice the precision.
+    fn widen(self) -> Self::Double;
+
+    /// `self < other ? self : other`: `other` where either is NaN, and of two zeros.
+    fn min(self, other: impl Lift<Self>) -> Self;
+    /// `self > other ? self : other`: `other` where either is NaN, and of two zeros.
+    fn max(self, other: impl Lift<Self>) -> Self;
+
+    /// With the sign of `sign`, be it of a zero.
+    fn copysign(self, sign: Self) -> Self;
+    /// The largest whole number that is not above.
+    fn floor(self) -> Self;
+
+    /// The bits of each number.
+    fn to_bits(self) -> Self::Uint;
+    /// The number of each lane's bits.
+    fn from_bits(bits: Self::Uint) -> Self;
 
     /// Whether the sign bit is set, be it of a zero.
     #[inline(always)]

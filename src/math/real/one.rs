@@ -1,6 +1,8 @@
-//! One lane: plain `f32`, `u32` and `bool`.
+//! One lane: plain `f32`, `f64`, `u32` and `bool`.
 
-use super::{Lanes, Lift, Mask, Real, Uint};
+use std::array;
+
+use super::{Double, Float, Lanes, Level, Lift, Mask, Real, Uint};
 
 /// What a plain number of Rust does as one lane.
 macro_rules! one_lane {
@@ -9,8 +11,14 @@ macro_rules! one_lane {
             type Lane = Self;
             type Mask = bool;
             type Token = ();
+            type Each<T: Copy> = [T; 1];
 
             const LANES: usize = 1;
+
+            #[inline(always)]
+            fn each<T: Copy>(of: impl FnMut(usize) -> T) -> [T; 1] {
+                array::from_fn(of)
+            }
 
             #[inline(always)]
             fn token(self) {}
@@ -50,7 +58,7 @@ macro_rules! one_lane {
     )*};
 }
 
-one_lane!(f32, u32);
+one_lane!(f32, f64, u32);
 
 impl Mask for bool {
     type Token = ();
@@ -74,8 +82,57 @@ impl Mask for bool {
     }
 }
 
+/// What both kinds of reals do as one lane.
+macro_rules! one_float {
+    ($($float:ty),*) => {$(
+        impl Float for $float {
+            #[inline(always)]
+            fn lt(self, other: impl Lift<Self>) -> bool {
+                self < other.lift(())
+            }
+
+            #[inline(always)]
+            fn le(self, other: impl Lift<Self>) -> bool {
+                self <= other.lift(())
+            }
+
+            #[inline(always)]
+            fn eq(self, other: impl Lift<Self>) -> bool {
+                self == other.lift(())
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.abs()
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+        }
+    )*};
+}
+
+one_float!(f32, f64);
+
+impl Double for f64 {
+    type Real = f32;
+
+    #[inline(always)]
+    fn narrow(self) -> f32 {
+        self as f32
+    }
+}
+
 impl Real for f32 {
     type Uint = u32;
+    type Double = f64;
+
+    #[inline(always)]
+    fn level((): ()) -> Level {
+        Level::baseline()
+    }
 
     #[inline(always)]
     fn vectorize<T>((): (), work: impl FnOnce() -> T) -> T {
@@ -83,18 +140,8 @@ impl Real for f32 {
     }
 
     #[inline(always)]
-    fn lt(self, other: impl Lift<Self>) -> bool {
-        self < other.lift(())
-    }
-
-    #[inline(always)]
-    fn le(self, other: impl Lift<Self>) -> bool {
-        self <= other.lift(())
-    }
-
-    #[inline(always)]
-    fn eq(self, other: impl Lift<Self>) -> bool {
-        self == other.lift(())
+    fn widen(self) -> f64 {
+        self.into()
     }
 
     #[inline(always)]
@@ -110,18 +157,8 @@ impl Real for f32 {
     }
 
     #[inline(always)]
-    fn abs(self) -> Self {
-        self.abs()
-    }
-
-    #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
         self.copysign(sign)
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
     }
 
     #[inline(always)]
