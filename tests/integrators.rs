@@ -14,16 +14,15 @@ use telamon::bsdf::{
     Blend, Bsdf, Conductor, Dielectric, Diffuse, Mask, Null, Plastic, ThinDielectric, TwoSided,
 };
 use telamon::emitter::{Area, ChoicePolicy, Constant, Emitter};
-use telamon::integrator::{Tracer, build};
+use telamon::integrator::{
+    DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy,
+    Strategy, Tracer, build,
+};
 use telamon::intersect::{self, Backend, Intersector};
 use telamon::math::{Frame, Rgb};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::{
-    DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy,
-    Strategy,
-};
 use telamon::shape::{Shape, Sphere, primitives};
 
 const STRATEGIES: [Strategy; 4] = [

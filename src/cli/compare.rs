@@ -9,7 +9,7 @@ use telamon::film::picture::{Picture, Values};
 use telamon::film::read::{read_exr, sampler};
 use telamon::measure::false_color::{false_color, side_by_side};
 use telamon::measure::{Image, Metrics, ZTest};
-use telamon::scene::settings::SamplerKind;
+use telamon::sampler::SamplerKind;
 
 use super::definitions::METRICS;
 use super::message::{Failure, warn};

@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use clap::Args;
 use telamon::camera::Camera;
+use telamon::film::{ComponentFormat, FilmSettings, Filter};
+use telamon::integrator::{IntegratorSettings, Strategy};
 use telamon::intersect;
-use telamon::scene::settings::{
-    ComponentFormat, FilmSettings, Filter, IntegratorSettings, Strategy,
-};
-use telamon::scene::{Description, Object, Requirements, Scene};
+use telamon::render::{Description, Requirements};
+use telamon::scene::{Object, Scene};
 use telamon::shape::{Geometry, Shape};
 
 use super::message::Failure;

@@ -7,10 +7,11 @@ use clap::Args;
 use telamon::film::exr::Metadata;
 use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
+use telamon::film::{AovKind, AovLayer, Crop};
+use telamon::integrator::IntegratorSettings;
 use telamon::intersect;
-use telamon::render::{Ended, SampleId, Statistics, render};
-use telamon::scene::Description;
-use telamon::scene::settings::{AovKind, AovLayer, Crop, IntegratorSettings, SamplerKind};
+use telamon::render::{Description, Ended, SampleId, Statistics, render};
+use telamon::sampler::SamplerKind;
 
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};

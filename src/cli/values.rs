@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use telamon::film::Crop;
 use telamon::film::output::{FileFormat, OutputError};
 use telamon::intersect::accel::MalformedMode;
 use telamon::intersect::{Accel, Backend, UnknownBackend};
 use telamon::load::NoriX;
 use telamon::measure::plan::Variation;
 use telamon::parity::Budget;
-use telamon::scene::settings::{Crop, SamplerKind};
+use telamon::sampler::SamplerKind;
 
 /// A picture file that is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,7 +8,23 @@
 use glam::Vec2;
 
 use crate::math::discrete::ONE_MINUS_ULP;
-use crate::scene::settings::Filter;
+
+/// A reconstruction filter, separable and not negative; lengths in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// The pixel itself.
+    Box,
+    /// Falls linearly to 0 at `radius`.
+    Tent {
+        /// Where it reaches 0.
+        radius: f32,
+    },
+    /// A Gaussian lowered so that it reaches 0 at four standard deviations.
+    Gaussian {
+        /// Standard deviation.
+        stddev: f32,
+    },
+}
 
 /// Draws positions in proportion to a filter.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use glam::{Vec2, Vec3A};
 
 use super::tracer::Shading;
 use super::{Tracer, Vertex};
+use crate::film::{AovKind, AovLayer};
 use crate::ray::Ray;
-use crate::scene::settings::{AovKind, AovLayer};
 
 /// An index where there is no surface.
 pub const NO_INDEX: u32 = u32::MAX;

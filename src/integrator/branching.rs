@@ -2,11 +2,10 @@
 //! directions it is the lecture's first tracer: direct light by uniform hemisphere sampling.
 
 use super::tracer::{Shading, Vertex};
-use super::{Estimate, Integrator, Tracer};
+use super::{DirectionSampling, Estimate, Integrator, Tracer};
 use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::PathSampler;
-use crate::scene::settings::DirectionSampling;
 
 /// N rays at each vertex, each of which branches again: N^depth rays for one estimate. Emitters are
 /// found by directions alone.

@@ -5,7 +5,17 @@ use glam::{Vec2, Vec3A};
 use super::tracer::Shading;
 use crate::bsdf::{Bsdf, BsdfSample, Flags, Lobe, Place};
 use crate::math::warp;
-use crate::scene::settings::DirectionSampling;
+
+/// How the next direction of a path is chosen at a surface that is no ideal mirror or glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DirectionSampling {
+    /// By the material, in proportion to what it scatters as far as possible.
+    Bsdf,
+    /// Cosine-weighted in the hemisphere.
+    CosineHemisphere,
+    /// Uniform in the hemisphere.
+    UniformHemisphere,
+}
 
 impl DirectionSampling {
     /// A direction to go on; see [`Bsdf::sample`], which is asked where this is [`DirectionSampling::Bsdf`]

@@ -1,6 +1,13 @@
 //! Multiple importance sampling: how two techniques that can choose the same direction share it.
 
-use crate::scene::settings::MisHeuristic;
+/// How the two are weighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MisHeuristic {
+    /// In proportion to the densities.
+    Balance,
+    /// In proportion to their squares.
+    Power,
+}
 
 impl MisHeuristic {
     /// The weight of a technique that chose a direction with density `own`, where another could have

@@ -6,21 +6,25 @@ use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::PathSampler;
 use crate::scene::Scene;
-use crate::scene::settings::{DirectionSampling, IntegratorSettings};
 
 pub mod ambient_occlusion;
 pub mod aov;
 pub mod branching;
-mod directions;
+pub mod directions;
 pub mod mis;
 pub mod path;
-mod roulette;
+pub mod roulette;
+pub mod settings;
 mod tracer;
 
 pub use ambient_occlusion::AmbientOcclusion;
 pub use aov::Aov;
 pub use branching::Branching;
-pub use path::Path;
+pub use directions::DirectionSampling;
+pub use mis::MisHeuristic;
+pub use path::{Path, PathSettings, Strategy};
+pub use roulette::{Roulette, RoulettePolicy};
+pub use settings::IntegratorSettings;
 pub use tracer::{RayCounts, Tracer, Vertex};
 
 /// The beginning of a path.

@@ -1,7 +1,35 @@
 //! Russian roulette.
 
 use crate::math::Rgb;
-use crate::scene::settings::{Roulette, RoulettePolicy};
+
+/// Russian roulette: when a path ends by chance, and with what probability it goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roulette {
+    /// Where the survival probability comes from.
+    pub policy: RoulettePolicy,
+    /// Paths with fewer edges than this always go on.
+    pub min_depth: u32,
+    /// Largest survival probability, so that every path ends.
+    pub max_survival: f32,
+}
+
+/// Where the survival probability comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RoulettePolicy {
+    /// Every path goes on.
+    None,
+    /// The same for all.
+    Fixed(f32),
+    /// The path's throughput.
+    Throughput,
+}
+
+impl Default for Roulette {
+    /// Mitsuba's default depth, and the lecture's clamp.
+    fn default() -> Self {
+        Self { policy: RoulettePolicy::Throughput, min_depth: 5, max_survival: 0.99 }
+    }
+}
 
 impl Roulette {
     /// Plays for a path of `edges` edges: the factor by which its throughput is to be multiplied if it

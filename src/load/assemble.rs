@@ -17,10 +17,13 @@ use super::{bsdf, emitter, film, integrator, precision, sampler, sensor, shape};
 use crate::bsdf::{Bsdf, Diffuse, Needs};
 use crate::camera::Camera;
 use crate::emitter::{Area, Emitter};
+use crate::film::FilmSettings;
+use crate::integrator::IntegratorSettings;
 use crate::math::Rgb;
 use crate::memory::Limits;
-use crate::scene::settings::{Effort, FilmSettings, IntegratorSettings, SamplerSettings};
-use crate::scene::{CameraMotion, Description, Object as SceneObject, Scene};
+use crate::render::{Description, Effort};
+use crate::sampler::SamplerSettings;
+use crate::scene::{CameraMotion, Object as SceneObject, Scene};
 use crate::shape::Group;
 use crate::shape::mesh::Dropped;
 

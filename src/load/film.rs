@@ -5,7 +5,7 @@ use super::plugins::{
 };
 use super::problem::Issue;
 use super::properties::Object;
-use crate::scene::settings::{ComponentFormat, Crop, FilmSettings, Filter};
+use crate::film::{ComponentFormat, Crop, FilmSettings, Filter};
 
 /// Pixels along one side: what an EXR viewer can be expected to open.
 const MOST_PIXELS: i64 = 1 << 20;

@@ -7,9 +7,10 @@ use super::plugins::{
 use super::problem::{Issue, did_you_mean, quoted};
 use super::properties::Object;
 use crate::emitter::ChoicePolicy;
-use crate::scene::settings::{
-    AovKind, AovLayer, DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette,
-    RoulettePolicy, Strategy,
+use crate::film::{AovKind, AovLayer};
+use crate::integrator::{
+    DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy,
+    Strategy,
 };
 
 const MAX_DEPTH: i64 = i32::MAX as i64;

@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use crate::memory::Limits;
-use crate::scene::Description;
+use crate::render::Description;
 
 mod assemble;
 mod bsdf;

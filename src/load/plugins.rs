@@ -14,7 +14,9 @@ use super::spectrum::Role;
 use super::{bsdf, deformable, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKind};
+use crate::film::{FilmSettings, Filter};
+use crate::integrator::IntegratorSettings;
+use crate::sampler::SamplerKind;
 use crate::texture::Texture;
 
 /// Every plugin that a scene file can name: a new material is one new line here.

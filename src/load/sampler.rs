@@ -3,7 +3,7 @@
 use super::plugins::{Build, Default, Kind, Plugin, PropertyInfo, property};
 use super::problem::Issue;
 use super::properties::Object;
-use crate::scene::settings::{SamplerKind, SamplerSettings};
+use crate::sampler::{SamplerKind, SamplerSettings};
 
 const SAMPLE_COUNT: PropertyInfo = property(
     "sample_count",

@@ -10,8 +10,8 @@ use super::properties::Object;
 use crate::camera::{
     Camera, CameraError, Lens, Orthographic, OrthographicSettings, Perspective, PerspectiveSettings,
 };
+use crate::film::FilmSettings;
 use crate::scene::CameraMotion;
-use crate::scene::settings::FilmSettings;
 
 /// Diagonal of the 36 x 24 mm film that focal lengths refer to.
 const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_875;

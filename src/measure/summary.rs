@@ -11,7 +11,7 @@ use super::metrics::Metrics;
 use super::plan::Candidate;
 use super::series::{self, Series};
 use super::statistics::{Moments, median, sorted};
-use crate::scene::settings::SamplerKind;
+use crate::sampler::SamplerKind;
 
 /// Probability that any setting without bias is called biased, that any setting which is as efficient as the
 /// base is called different, or that any series which converges as it should is said not to: of each 0.01.
@@ -213,8 +213,8 @@ pub(super) mod tests {
     use crate::measure::reach::Reach;
     use crate::measure::series::SlopeVerdict;
     use crate::measure::statistics::significance_each;
+    use crate::render::description::tests::description;
     use crate::sampler::{Independent, Sampler};
-    use crate::scene::tests::description;
 
     fn candidate(choices: &[(&str, &str)], spp: u32) -> Candidate {
         let setting = Setting::of(&description(), Backend::Rust.into(), 1).expect("a picture");

@@ -8,19 +8,26 @@ use rayon::prelude::*;
 
 use crate::film::picture::Picture;
 use crate::film::{Content, Film, FilterSampler, Tile};
-use crate::integrator::{self, Aov, Estimate, Integrator, RayCounts, Sample, Tracer};
+use crate::integrator::{
+    self, Aov, Estimate, Integrator, IntegratorSettings, RayCounts, Sample, Tracer,
+};
 use crate::intersect::Intersector;
 use crate::math::Rgb;
 use crate::ray::Ray;
-use crate::sampler::{self, PathSampler, Sampler};
-use crate::scene::Description;
-use crate::scene::settings::{IntegratorSettings, SamplerSettings};
+use crate::sampler::{self, PathSampler, Sampler, SamplerSettings};
 
 mod allocation;
+pub mod description;
+pub mod effort;
+pub mod requirements;
+pub mod resize;
 mod schedule;
 mod trace;
 
 pub use allocation::FIRST_ALLOCATION;
+pub use description::Description;
+pub use effort::Effort;
+pub use requirements::Requirements;
 use schedule::Schedule;
 pub use schedule::{Ended, Errors};
 pub use trace::{Edge, Trace, trace};

@@ -1,13 +1,12 @@
 //! The path of one sample, edge by edge.
 
-use super::{Renderer, SampleId};
-use crate::integrator::{self, Estimate, Sample, Tracer};
+use super::{Description, Renderer, SampleId};
+use crate::integrator::{self, Estimate, IntegratorSettings, PathSettings, Sample, Tracer};
 use crate::intersect::recorder::Query;
 use crate::intersect::{Intersector, Recorder};
 use crate::math::Rgb;
 use crate::sampler;
-use crate::scene::Description;
-use crate::scene::settings::{IntegratorSettings, PathSettings, SamplerSettings};
+use crate::sampler::SamplerSettings;
 
 /// A path that was followed.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,12 +10,12 @@ use glam::{DVec2, Vec2};
 
 mod bits;
 pub mod independent;
+pub mod settings;
 pub mod sobol;
 
 pub use independent::Independent;
+pub use settings::{SamplerKind, SamplerSettings, UnknownSampler};
 pub use sobol::Sobol;
-
-use crate::scene::settings::{SamplerKind, SamplerSettings};
 
 /// A family of points in the unit cube.
 pub trait Sampler: Debug + Send + Sync {

@@ -8,8 +8,11 @@ use super::{description, load};
 use crate::bsdf::{Bsdf, Place};
 use crate::camera::{Camera, Lens};
 use crate::emitter::Sight;
-use crate::scene::settings::*;
-use crate::scene::{Description, Scene};
+use crate::film::{AovKind, AovLayer, ComponentFormat, Crop, Filter};
+use crate::integrator::{IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy};
+use crate::render::Description;
+use crate::sampler::SamplerKind;
+use crate::scene::Scene;
 
 /// Values as printed by Mitsuba 3.9.1 for a scene that names none of them.
 #[test]

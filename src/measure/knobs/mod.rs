@@ -2,10 +2,12 @@
 
 mod turn;
 
+use crate::film::Filter;
+use crate::integrator::IntegratorSettings;
 use crate::intersect::accel::{Mode, UnknownMode};
 use crate::intersect::{Accel, Backend};
-use crate::scene::Description;
-use crate::scene::settings::{Effort, Filter, IntegratorSettings, SamplerKind};
+use crate::render::{Description, Effort};
+use crate::sampler::SamplerKind;
 
 /// How a scene is rendered: all that knobs can turn.
 #[derive(Clone, Debug, PartialEq)]
@@ -291,8 +293,8 @@ fn bad(name: &str, value: &str, expected: &str) -> KnobError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::settings::{DirectionSampling, PathSettings, Roulette, RoulettePolicy};
-    use crate::scene::tests::description;
+    use crate::integrator::{DirectionSampling, PathSettings, Roulette, RoulettePolicy};
+    use crate::render::description::tests::description;
 
     fn setting() -> Setting {
         Setting::of(&description(), Backend::Rust.into(), 2).expect("a picture")

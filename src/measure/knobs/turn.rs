@@ -2,11 +2,12 @@
 
 use super::{Setting, Turn};
 use crate::emitter::ChoicePolicy;
-use crate::intersect::Backend;
-use crate::scene::settings::{
-    DirectionSampling, Filter, IntegratorSettings, MisHeuristic, PathSettings, Roulette,
-    RoulettePolicy, Strategy,
+use crate::film::Filter;
+use crate::integrator::{
+    DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy,
+    Strategy,
 };
+use crate::intersect::Backend;
 
 impl Setting {
     fn path(&mut self) -> Option<&mut PathSettings> {

@@ -8,9 +8,10 @@ use crate::bsdf::microfacet::{Distribution, Roughness};
 use crate::bsdf::{Bsdf, Conductor, Diffuse, RoughConductor};
 use crate::camera::{Orthographic, OrthographicSettings, Perspective, PerspectiveSettings};
 use crate::emitter::{Area, Constant, Emitter};
+use crate::film::AovLayer;
+use crate::integrator::Roulette;
 use crate::math::Rgb;
-use crate::scene::settings::{AovLayer, Roulette};
-use crate::scene::tests::description;
+use crate::render::description::tests::description;
 use crate::shape::TriangleMesh;
 use crate::texture::{Checkerboard, Texture, Textured};
 
@@ -23,10 +24,16 @@ fn triangle(smooth: bool) -> Arc<dyn Shape> {
 
 /// A scene of triangles, one for each material, under a constant sky.
 fn scene(smooth: bool, bsdfs: Vec<Box<dyn Bsdf>>) -> Scene {
+    lit_scene(smooth, bsdfs, Vec::new())
+}
+
+/// The same with lights that belong to no triangle.
+fn lit_scene(smooth: bool, bsdfs: Vec<Box<dyn Bsdf>>, lights: Vec<Box<dyn Emitter>>) -> Scene {
     let object = |bsdf| Object::new("", triangle(smooth), bsdf, None);
     let objects = (0..bsdfs.len()).map(object).collect();
-    let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
-    Scene::new(objects, bsdfs, vec![sky], Some(0)).expect("valid")
+    let mut emitters: Vec<Box<dyn Emitter>> = vec![Box::new(Constant::new(Rgb::ONE))];
+    emitters.extend(lights);
+    Scene::new(objects, bsdfs, emitters, Some(0)).expect("valid")
 }
 
 fn diffuse() -> Box<dyn Bsdf> {
@@ -163,9 +170,8 @@ fn places_are_looked_up_where_a_material_depends_on_them() {
     assert_eq!(reason(&d, Feature::Textures), modelled(expected));
     let expected = "1 surfaces have materials that read them";
     assert_eq!(reason(&d, Feature::TextureCoordinates), modelled(expected));
-    d.scene = scene(false, vec![diffuse()]);
     let lamp = Area::new(triangle(false), Textured::Varying(board)).expect("has an area");
-    d.scene.emitters.push(Box::new(lamp));
+    d.scene = lit_scene(false, vec![diffuse()], vec![Box::new(lamp)]);
     let expected = "0 of 1 surfaces have materials that depend on the place, and 1 lights do";
     assert_eq!(reason(&d, Feature::Textures), modelled(expected));
     assert_eq!(reason(&d, Feature::TextureCoordinates), modelled("lights read them"));

@@ -4,12 +4,12 @@ use std::collections::HashSet;
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 
-use super::settings::{
-    AovKind, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
-};
-use super::{Description, Object, Scene};
+use super::Description;
 use crate::bsdf::Needs;
 use crate::camera::{Camera, Lens};
+use crate::film::AovKind;
+use crate::integrator::{IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy};
+use crate::scene::{Object, Scene};
 use crate::shape::{Geometry, Shape};
 
 #[cfg(test)]
