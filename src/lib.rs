@@ -63,6 +63,7 @@ pub mod math;
 pub mod measure;
 pub mod memory;
 pub mod parity;
+pub mod property;
 pub mod ray;
 pub mod render;
 pub mod sampler;

@@ -98,7 +98,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 /// The kinds of random numbers, for the help and for completions as well.
 pub(super) fn samplers() -> impl TypedValueParser<Value = SamplerKind> {
-    PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name))
+    PossibleValuesParser::new(SamplerKind::ALL.iter().map(|kind| kind.name()))
         .try_map(|name| name.parse::<SamplerKind>())
 }
 

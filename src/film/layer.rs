@@ -1,5 +1,7 @@
 //! Layers beside the picture.
 
+use crate::property::Named;
+
 /// One property of the first surface, as a layer of the EXR file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AovLayer {
@@ -29,6 +31,20 @@ pub enum AovKind {
     ShapeIndex,
     /// Index of the primitive at the pixel's first sample; 4294967295 where there is none.
     PrimitiveIndex,
+}
+
+/// The names that Mitsuba gives them.
+impl Named for AovKind {
+    const ALL: &'static [(&'static str, Self)] = &[
+        ("depth", Self::Depth),
+        ("position", Self::Position),
+        ("uv", Self::Uv),
+        ("geo_normal", Self::GeometricNormal),
+        ("sh_normal", Self::ShadingNormal),
+        ("albedo", Self::Albedo),
+        ("shape_index", Self::ShapeIndex),
+        ("prim_index", Self::PrimitiveIndex),
+    ];
 }
 
 impl AovKind {

@@ -10,6 +10,16 @@ pub enum MisHeuristic {
 }
 
 impl MisHeuristic {
+    /// What it is, for reports.
+    pub(super) fn describe(self) -> &'static str {
+        match self {
+            Self::Balance => "by the balance heuristic",
+            Self::Power => "by the power heuristic",
+        }
+    }
+}
+
+impl MisHeuristic {
     /// The weight of a technique that chose a direction with density `own`, where another could have
     /// chosen it with density `other` (both in sr⁻¹, times the number of samples of the technique). The two
     /// weights sum to 1.

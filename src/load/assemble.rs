@@ -77,7 +77,7 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
         return None;
     }
     let View { camera, camera_motion, film, sampler } = view?;
-    let integrator = settings.unwrap_or_else(|| IntegratorSettings::Path(Default::default()));
+    let integrator = settings.unwrap_or_default();
     let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
         .expect("indices were handed out with the parts");
     notes.warnings.extend(darkness(&scene, &integrator, root.place));
@@ -352,11 +352,7 @@ impl Parts {
 
 /// A warning if nothing in a scene emits and the integrator shows light.
 fn darkness(scene: &Scene, integrator: &IntegratorSettings, place: Place) -> Option<Issue> {
-    let shows_light = match integrator {
-        IntegratorSettings::Aov { picture, .. } => picture.as_deref(),
-        other => Some(other),
-    };
-    if matches!(shows_light, None | Some(IntegratorSettings::AmbientOcclusion { .. })) {
+    if !integrator.picture()?.about().shows_light() {
         return None;
     }
     let message = match scene.emitters() {
@@ -427,7 +423,7 @@ fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> Option<View>
 
 fn build_view(sensor: &Object<'_>, warnings: &mut Vec<Issue>) -> Result<View, Issue> {
     let film = sensor.part_or(Category::Film, &film::HDRFILM);
-    let sampler = sensor.part_or(Category::Sampler, &sampler::SOBOL);
+    let sampler = sensor.part_or(Category::Sampler, sampler::default());
     let (sampler_settings, warning) = sampler::build(&sampler);
     warnings.extend(warning);
     match (sensor.plugin().build, film.plugin().build) {

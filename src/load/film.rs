@@ -1,11 +1,10 @@
 //! Films and reconstruction filters of scene files.
 
-use super::plugins::{
-    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
-};
+use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use crate::film::{ComponentFormat, Crop, FilmSettings, Filter};
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 
 /// Pixels along one side: what an EXR viewer can be expected to open.
 const MOST_PIXELS: i64 = 1 << 20;

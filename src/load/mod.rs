@@ -21,6 +21,7 @@ mod document;
 mod emitter;
 mod expand;
 mod film;
+mod given;
 mod graph;
 mod image;
 mod image_size;

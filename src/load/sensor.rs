@@ -2,15 +2,14 @@
 
 use glam::Vec2;
 
-use super::plugins::{
-    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
-};
+use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use crate::camera::{
     Camera, CameraError, Lens, Orthographic, OrthographicSettings, Perspective, PerspectiveSettings,
 };
 use crate::film::FilmSettings;
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 use crate::scene::CameraMotion;
 
 /// Diagonal of the 36 x 24 mm film that focal lengths refer to.

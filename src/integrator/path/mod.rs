@@ -9,6 +9,7 @@ use crate::ray::Ray;
 use crate::sampler::PathSampler;
 use crate::scene::Scene;
 
+mod direct;
 mod pool;
 pub mod settings;
 pub mod strategy;

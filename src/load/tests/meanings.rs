@@ -9,7 +9,10 @@ use crate::bsdf::{Bsdf, Place};
 use crate::camera::{Camera, Lens};
 use crate::emitter::Sight;
 use crate::film::{AovKind, AovLayer, ComponentFormat, Crop, Filter};
-use crate::integrator::{IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy};
+use crate::integrator::{
+    AmbientOcclusionSettings, AovSettings, IntegratorSettings, MisHeuristic, PathSettings,
+    RoulettePolicy, Strategy,
+};
 use crate::render::Description;
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
@@ -293,11 +296,11 @@ fn integrators_mean_what_they_say() {
     let layer = |name: &str, kind| AovLayer { name: name.into(), kind };
     assert_eq!(
         aov,
-        IntegratorSettings::Aov {
+        IntegratorSettings::Aov(AovSettings {
             layers: vec![layer("dd", AovKind::Depth), layer("nn.s", AovKind::ShadingNormal)],
-            picture: Some(Box::new(IntegratorSettings::AmbientOcclusion {
-                ray_length: f32::INFINITY
-            })),
-        },
+            picture: Some(Box::new(IntegratorSettings::AmbientOcclusion(
+                AmbientOcclusionSettings { ray_length: f32::INFINITY }
+            ))),
+        }),
     );
 }

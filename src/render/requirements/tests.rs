@@ -9,7 +9,9 @@ use crate::bsdf::{Bsdf, Conductor, Diffuse, RoughConductor};
 use crate::camera::{Orthographic, OrthographicSettings, Perspective, PerspectiveSettings};
 use crate::emitter::{Area, Constant, Emitter};
 use crate::film::AovLayer;
-use crate::integrator::Roulette;
+use crate::integrator::{
+    AovSettings, DirectUniformSettings, PathSettings, Roulette, RoulettePolicy, Strategy,
+};
 use crate::math::Rgb;
 use crate::render::description::tests::description;
 use crate::shape::TriangleMesh;
@@ -133,7 +135,7 @@ fn shadow_rays_need_a_reason() {
         assert_eq!(reason(&d, next_event).0, shadow_rays);
         assert!(!reason(&d, mis).0);
     }
-    d.integrator = IntegratorSettings::DirectUniform { hide_emitters: true };
+    d.integrator = IntegratorSettings::DirectUniform(DirectUniformSettings { hide_emitters: true });
     assert_eq!(reason(&d, next_event), skipped("only the path tracer has it"));
     assert!(reason(&d, Feature::HiddenEmitters).0);
 }
@@ -187,7 +189,7 @@ fn layers_are_named() {
     let mut d = description();
     let layer = |name: &str, kind| AovLayer { name: name.to_owned(), kind };
     let layers = vec![layer("z", AovKind::Depth), layer("st", AovKind::Uv)];
-    d.integrator = IntegratorSettings::Aov { layers, picture: None };
+    d.integrator = IntegratorSettings::Aov(AovSettings { layers, picture: None });
     assert_eq!(reason(&d, Feature::Layers), modelled("z, st"));
     assert_eq!(reason(&d, Feature::TextureCoordinates), modelled("a layer shows them"));
     let expected = skipped("layers alone are asked for");
