@@ -8,22 +8,22 @@ pub trait Given {
     /// Whether the value was given.
     fn has(&self, property: &PropertyInfo) -> bool;
 
-    /// Of a [`Kind::Boolean`].
+    /// Of a property that is true or false.
     fn boolean(&self, property: &PropertyInfo) -> bool;
 
-    /// Of a [`Kind::Integer`].
+    /// Of a property that takes whole numbers.
     fn integer(&self, property: &PropertyInfo) -> i64;
 
-    /// Of a [`Kind::Float`]; `None` if there is neither a value nor a default.
+    /// Of a property that takes numbers; `None` if there is neither a value nor a default.
     fn number(&self, property: &PropertyInfo) -> Option<f64>;
 
-    /// Of a [`Kind::Text`]; `None` if there is neither a value nor a default.
+    /// Of a property that takes texts; `None` if there is neither a value nor a default.
     fn text(&self, property: &PropertyInfo) -> Option<&str>;
 
-    /// Of a [`Kind::Choice`], as the property spells it.
+    /// Of a property that takes one of a few names, as the property spells it.
     fn choice(&self, property: &PropertyInfo) -> &'static str;
 
-    /// Of a [`Kind::Integer`] whose range a u32 can hold.
+    /// Of a property that takes whole numbers which a u32 can hold.
     fn count(&self, property: &PropertyInfo) -> u32 {
         u32::try_from(self.integer(property)).expect(OF_ITS_KIND)
     }
@@ -31,7 +31,7 @@ pub trait Given {
 
 const OF_ITS_KIND: &str = "properties are asked for what their kind is";
 
-/// What was chosen by its name, of a [`Kind::Choice`] of the names of `T`.
+/// What was chosen by its name, of a property that takes the names of `T`.
 pub fn chosen<T: Named>(given: &dyn Given, property: &PropertyInfo) -> T {
     T::named(given.choice(property)).expect(OF_ITS_KIND)
 }

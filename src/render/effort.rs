@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// What ends a render before it has all samples of [`SamplerSettings::samples_per_pixel`], and where they
+/// What ends a render before it has all samples that its sampler is told to take, and where they
 /// go. Scene files have no properties for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
