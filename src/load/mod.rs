@@ -31,6 +31,7 @@ pub mod mesh;
 mod mesh_file;
 mod metals;
 mod nori;
+mod parts;
 pub mod plugins;
 mod precision;
 pub mod problem;
@@ -45,6 +46,7 @@ mod texture;
 mod transform;
 mod upgrade;
 mod values;
+mod view;
 mod work;
 
 #[cfg(test)]
