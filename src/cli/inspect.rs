@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use clap::Args;
 use telamon::camera::Camera;
-use telamon::film::{ComponentFormat, FilmSettings, Filter};
+use telamon::film::{ComponentFormat, FilmSettings};
 use telamon::intersect;
 use telamon::render::{Description, Requirements};
 use telamon::scene::{Object, Scene};
@@ -86,11 +86,7 @@ fn describe_film(film: &FilmSettings) -> String {
     } else {
         format!(", cropped to {}x{} at {},{}", crop.width, crop.height, crop.x, crop.y)
     };
-    let filter = match film.filter {
-        Filter::Box => "box filter".to_owned(),
-        Filter::Tent { radius } => format!("tent filter of radius {radius}"),
-        Filter::Gaussian { stddev } => format!("Gaussian filter of standard deviation {stddev}"),
-    };
+    let filter = film.filter.describe();
     let component = match film.component {
         ComponentFormat::Half => "half floats",
         ComponentFormat::Float => "32-bit floats",

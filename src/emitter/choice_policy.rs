@@ -26,7 +26,7 @@ impl Named for ChoicePolicy {
 pub(crate) const EMITTER_CHOICE: PropertyInfo = property(
     "emitter_choice",
     Kind::Choice(&names::<_, 3>(ChoicePolicy::ALL)),
-    Default::Text("bvh"),
+    Default::Text(ChoicePolicy::ALL[2].0),
     "how the emitter that a shadow ray goes to is picked: all alike, by emitted power, or by a light BVH, \
      which knows of distance and orientation",
 );

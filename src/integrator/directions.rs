@@ -32,7 +32,7 @@ impl Named for DirectionSampling {
 pub(super) const DIRECTIONS: PropertyInfo = property(
     "directions",
     Kind::Choice(&names::<_, 3>(DirectionSampling::ALL)),
-    Default::Text("bsdf"),
+    Default::Text(DirectionSampling::ALL[0].0),
     "how directions are chosen: by the material, cosine-weighted or uniform in the hemisphere",
 );
 

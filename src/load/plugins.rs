@@ -11,7 +11,7 @@ use super::spectrum::Role;
 use super::{bsdf, deformable, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::film::{FilmSettings, Filter};
+use crate::film::{FilmSettings, filter};
 use crate::integrator::plugin::Read as ReadIntegrator;
 use crate::property::PropertyInfo;
 use crate::sampler::SamplerKind;
@@ -56,14 +56,12 @@ static PLUGINS: &[&Plugin] = &[
     &sensor::THIN_LENS,
     &sensor::ORTHOGRAPHIC,
     &film::HDRFILM,
-    &film::BOX,
-    &film::TENT,
-    &film::GAUSSIAN,
 ];
 
-/// Samplers and integrators: their own rooms list them.
-static FROM_ROOMS: LazyLock<Vec<Plugin>> =
-    LazyLock::new(|| sampler::plugins().chain(integrator::plugins()).collect());
+/// Filters, samplers and integrators: their own rooms list them.
+static FROM_ROOMS: LazyLock<Vec<Plugin>> = LazyLock::new(|| {
+    film::filters().chain(sampler::plugins()).chain(integrator::plugins()).collect()
+});
 
 /// Every plugin that a scene file can name, category by category.
 pub fn supported() -> impl Iterator<Item = &'static Plugin> {
@@ -201,7 +199,7 @@ pub(super) enum Build {
     Emitter(fn(&Object<'_>) -> Result<Light, Issue>),
     Sensor(fn(&Object<'_>, &FilmSettings) -> Result<Camera, Issue>),
     Film(fn(&Object<'_>) -> Result<FilmSettings, Issue>),
-    Filter(fn(&Object<'_>) -> Filter),
+    Filter(&'static filter::About),
     Sampler(SamplerKind),
     Integrator(ReadIntegrator),
     /// The integrator inside it.

@@ -109,11 +109,7 @@ static LAST: &[Knob] = &[
         set: turn::clamp,
     },
     Knob { name: "adaptive", values: || Kind::Boolean.words(), set: turn::adaptive },
-    Knob {
-        name: "filter",
-        values: || "box, tent:RADIUS or gaussian:STDDEV, in pixels above 0".to_owned(),
-        set: turn::filter,
-    },
+    Knob { name: "filter", values: Filter::words, set: turn::filter },
     Knob { name: "threads", values: || turn::THREADS.words(), set: turn::threads },
 ];
 

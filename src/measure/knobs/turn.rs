@@ -69,13 +69,7 @@ fn above_zero(text: &str) -> Option<f32> {
 }
 
 pub(super) fn filter(setting: &mut Setting, value: &str) -> Turned {
-    let filter = match value.split_once(':').map(|(name, text)| (name, above_zero(text))) {
-        None if value == "box" => Some(Filter::Box),
-        Some(("tent", Some(radius))) => Some(Filter::Tent { radius }),
-        Some(("gaussian", Some(stddev))) => Some(Filter::Gaussian { stddev }),
-        _ => None,
-    };
-    filter.map_or(Turned::Bad, |filter| {
+    Filter::parse(value).map_or(Turned::Bad, |filter| {
         setting.filter = filter;
         Turned::Done
     })
