@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use telamon::intersect::accel::{RustModes, TriangleTest};
 use telamon::intersect::{self, Accel, Backend, Intersector};
 use telamon::ray::Ray;
-use telamon::scene::Description;
+use telamon::render::Description;
 
 use support::recorder::record;
 use support::{Arguments, Outcome, SceneFile, Spread, bare_meshes, buffers, seconds};

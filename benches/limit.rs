@@ -16,7 +16,7 @@ mod support;
 use embree_sys::bare;
 use rayon::prelude::*;
 use telamon::intersect::{self, Backend};
-use telamon::scene::Description;
+use telamon::render::Description;
 
 use support::recorder::{record, trace};
 use support::{Arguments, Outcome, SceneFile, Spread, bare_meshes, buffers, seconds};

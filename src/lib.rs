@@ -1,7 +1,7 @@
 //! Telamon: a CPU path tracer for triangle meshes and simple shapes.
 //!
 //! Embree, or a BVH of this crate's own, answers ray queries; everything else is Rust. Scenes are
-//! Mitsuba 3 files ([`load`]), or are put together from [`scene::Description`].
+//! Mitsuba 3 files ([`load`]), or are put together from [`render::Description`].
 //!
 //! ```
 //! use std::path::Path;
@@ -63,6 +63,7 @@ pub mod math;
 pub mod measure;
 pub mod memory;
 pub mod parity;
+pub mod property;
 pub mod ray;
 pub mod render;
 pub mod sampler;

@@ -6,7 +6,7 @@ use support::command::Folder;
 use telamon::film::exr::{Metadata, write_exr};
 use telamon::film::picture::{Channel, Picture, Values};
 use telamon::film::read::read_exr;
-use telamon::scene::settings::{ComponentFormat, Crop};
+use telamon::film::{ComponentFormat, Crop};
 
 /// Writes grey pixels on a film of 4x3, from `x` on in row 1, with a variance of `variance` for each of 4
 /// samples.

@@ -14,16 +14,16 @@ use telamon::bsdf::{
     Blend, Bsdf, Conductor, Dielectric, Diffuse, Mask, Null, Plastic, ThinDielectric, TwoSided,
 };
 use telamon::emitter::{Area, ChoicePolicy, Constant, Emitter};
-use telamon::integrator::{Tracer, build};
+use telamon::integrator::{
+    AmbientOcclusionSettings, BranchingSettings, DirectUniformSettings, DirectionSampling,
+    IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy, Strategy, Tracer,
+    build,
+};
 use telamon::intersect::{self, Backend, Intersector};
 use telamon::math::{Frame, Rgb};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::{
-    DirectionSampling, IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy,
-    Strategy,
-};
 use telamon::shape::{Shape, Sphere, primitives};
 
 const STRATEGIES: [Strategy; 4] = [
@@ -109,15 +109,15 @@ fn furnace_with_a_depth_cap_has_no_noise() {
 #[test]
 fn simple_tracers_agree_with_the_furnace() {
     let scene = furnace(closed_cube(), 0.5);
-    let direct = IntegratorSettings::DirectUniform { hide_emitters: false };
+    let direct = IntegratorSettings::DirectUniform(DirectUniformSettings { hide_emitters: false });
     Moments::of(estimates(&scene, &direct, 40_000)).has_mean(1.5, 3).expect("direct_uniform");
     for directions in [DirectionSampling::Bsdf, DirectionSampling::UniformHemisphere] {
-        let branching = IntegratorSettings::Branching {
+        let branching = IntegratorSettings::Branching(BranchingSettings {
             branches: 3,
             max_depth: 4,
             directions,
             hide_emitters: false,
-        };
+        });
         Moments::of(estimates(&scene, &branching, 10_000))
             .has_mean(1.875, 3)
             .unwrap_or_else(|e| panic!("branching, {directions:?}: {e}"));
@@ -369,7 +369,8 @@ fn ambient_occlusion_is_one_minus_the_form_factor() {
     let engine = engine(&scene, Backend::default());
     let sampler = Independent::new(5);
     for (ray_length, expected) in [(f32::INFINITY, 1.0 - 0.554_126), (0.5, 1.0)] {
-        let settings = IntegratorSettings::AmbientOcclusion { ray_length };
+        let settings =
+            IntegratorSettings::AmbientOcclusion(AmbientOcclusionSettings { ray_length });
         let (integrator, _) = build(&settings, &scene);
         let integrator = integrator.expect("makes a picture");
         let mut tracer = Tracer::new(&scene, engine.as_ref());

@@ -19,9 +19,9 @@ use telamon::emitter::{
     Area, ChoicePolicy, Constant, Directional, Emitter, EmitterChoice, LightOrigin, Point,
     Receiver, Sight, Spot,
 };
+use telamon::integrator::{IntegratorSettings, PathSettings};
 use telamon::math::{Frame, Rgb};
 use telamon::ray::Ray;
-use telamon::scene::settings::{IntegratorSettings, PathSettings};
 use telamon::scene::{Object, Scene};
 use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
 use telamon::texture::{Checkerboard, Texture, Textured};

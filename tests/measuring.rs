@@ -62,7 +62,7 @@ impl MemoryProbe for NoProbe {
     }
 }
 
-fn room() -> telamon::scene::Description {
+fn room() -> telamon::render::Description {
     load_text(ROOM, Path::new("room.xml"), &LoadOptions::default()).expect("valid").description
 }
 

@@ -12,8 +12,8 @@ use support::{points, points_3d};
 use telamon::intersect::{Backend, Intersector};
 use telamon::math::{Motion, warp};
 use telamon::ray::Ray;
-use telamon::scene::requirements::Feature;
-use telamon::scene::{Description, Requirements};
+use telamon::render::requirements::Feature;
+use telamon::render::{Description, Requirements};
 use telamon::shape::{DeformingMesh, Group, Instance, Shape, primitives};
 
 fn moving(shape: Arc<dyn Shape>, keys: Vec<(f64, DAffine3)>) -> Arc<dyn Shape> {

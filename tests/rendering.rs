@@ -8,14 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, Vec3A};
 use support::pictures::{parse, picture, read};
 use telamon::film::picture::{Picture, Values};
-use telamon::film::{Film, FilterSampler};
+use telamon::film::{Crop, Film, FilterSampler};
 use telamon::integrator::{self, Tracer};
 use telamon::intersect::{self, Backend};
 use telamon::math::Rgb;
+use telamon::render::Description;
 use telamon::render::render;
 use telamon::sampler::{self, PathSampler};
-use telamon::scene::Description;
-use telamon::scene::settings::Crop;
 
 /// Diffuse, glass and metal under a lamp, a point light and a sky, with layers: all at `scale`, in light that
 /// is `brightness` times as strong.

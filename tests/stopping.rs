@@ -9,10 +9,9 @@ use glam::DVec3;
 use support::pictures::{in_package, picture, read};
 use telamon::film::Film;
 use telamon::film::picture::Picture;
+use telamon::integrator::{IntegratorSettings, Strategy};
 use telamon::intersect::{self, Backend};
-use telamon::render::{Ended, Statistics, render};
-use telamon::scene::Description;
-use telamon::scene::settings::{Effort, IntegratorSettings, Strategy};
+use telamon::render::{Description, Effort, Ended, Statistics, render};
 
 /// A scene of the package, `side` pixels wide and high. In `by-chance` the lamp of the box is found only
 /// by paths that happen to hit it.

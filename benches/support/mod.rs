@@ -14,7 +14,7 @@ use std::{env, fmt};
 #[cfg(feature = "bare")]
 use embree_sys::bare;
 use telamon::load::{LoadOptions, load_scene};
-use telamon::scene::Description;
+use telamon::render::Description;
 use telamon::shape::{Geometry, Shape};
 
 #[cfg(feature = "bare")]

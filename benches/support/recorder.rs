@@ -5,8 +5,7 @@ use std::sync::atomic::AtomicBool;
 use embree_sys::bare;
 use telamon::intersect::recorder::{Answer, Query};
 use telamon::intersect::{Intersector, Recorder};
-use telamon::render::{Statistics, render};
-use telamon::scene::Description;
+use telamon::render::{Description, Statistics, render};
 
 use super::Outcome;
 

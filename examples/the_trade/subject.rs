@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use telamon::load::{LoadOptions, load_scene, load_text};
-use telamon::scene::Description;
+use telamon::render::Description;
 
 /// What is rendered.
 pub(crate) enum Subject {

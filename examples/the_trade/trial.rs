@@ -11,7 +11,7 @@ use telamon::measure::bench::{Bench, Run, mean_error, render_reference};
 use telamon::measure::knobs::Setting;
 use telamon::measure::plan::{Candidate, order, turned};
 use telamon::measure::summary::{Findings, Summary};
-use telamon::scene::Description;
+use telamon::render::Description;
 
 use crate::leaks::{Leaks, count_leaks};
 use crate::machine::{self, ProcessMemory};

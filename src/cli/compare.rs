@@ -9,7 +9,7 @@ use telamon::film::picture::{Picture, Values};
 use telamon::film::read::{read_exr, sampler};
 use telamon::measure::false_color::{false_color, side_by_side};
 use telamon::measure::{Image, Metrics, ZTest};
-use telamon::scene::settings::SamplerKind;
+use telamon::sampler::SamplerKind;
 
 use super::definitions::METRICS;
 use super::message::{Failure, warn};
@@ -128,11 +128,14 @@ fn load(path: &Path) -> Result<(Picture, Image), Failure> {
 /// Says so if the noise that `image` claims to have is more than it has: samples that are spread evenly vary
 /// as much as others, but their mean varies less.
 pub(super) fn warn_of_even_samples(image: &Image, path: &Path) {
-    if image.variance.is_some() && sampler(path).as_deref() == Some(SamplerKind::Sobol.name()) {
+    let sampler = sampler(path).and_then(|name| name.parse::<SamplerKind>().ok());
+    let even = sampler.filter(|kind| image.variance.is_some() && !kind.about().independent);
+    if let Some(kind) = even {
         warn(format!(
-            "`{}` was rendered with sampler `sobol`, so it is less noisy than its variance says \
-             (expected one of `telamon render --variance --sampler independent`)",
-            path.display()
+            "`{}` was rendered with sampler `{kind}`, so it is less noisy than its variance says \
+             (expected one of `telamon render --variance --sampler {}`)",
+            path.display(),
+            SamplerKind::Independent
         ));
     }
 }

@@ -4,10 +4,8 @@ use std::time::Duration;
 
 use clap::Args;
 use telamon::film::error::Estimate;
-use telamon::render::{Ended, Errors, FIRST_ALLOCATION};
-use telamon::scene::requirements::Feature;
-use telamon::scene::settings::Effort;
-use telamon::scene::{Description, Requirements};
+use telamon::render::requirements::Feature;
+use telamon::render::{Description, Effort, Ended, Errors, FIRST_ALLOCATION, Requirements};
 
 use super::message::warn;
 use super::values;

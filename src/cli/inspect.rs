@@ -4,11 +4,10 @@ use std::time::Instant;
 
 use clap::Args;
 use telamon::camera::Camera;
+use telamon::film::{ComponentFormat, FilmSettings};
 use telamon::intersect;
-use telamon::scene::settings::{
-    ComponentFormat, FilmSettings, Filter, IntegratorSettings, Strategy,
-};
-use telamon::scene::{Description, Object, Requirements, Scene};
+use telamon::render::{Description, Requirements};
+use telamon::scene::{Object, Scene};
 use telamon::shape::{Geometry, Shape};
 
 use super::message::Failure;
@@ -75,7 +74,7 @@ fn overview(description: &Description, built: &str) -> String {
         ("camera", describe_camera(description)),
         ("film", describe_film(film)),
         ("sampler", samples),
-        ("integrator", describe_integrator(integrator)),
+        ("integrator", integrator.about().describe()),
     ];
     table(&rows.map(|(name, text)| vec![name.to_owned(), text]), &[])
 }
@@ -87,11 +86,7 @@ fn describe_film(film: &FilmSettings) -> String {
     } else {
         format!(", cropped to {}x{} at {},{}", crop.width, crop.height, crop.x, crop.y)
     };
-    let filter = match film.filter {
-        Filter::Box => "box filter".to_owned(),
-        Filter::Tent { radius } => format!("tent filter of radius {radius}"),
-        Filter::Gaussian { stddev } => format!("Gaussian filter of standard deviation {stddev}"),
-    };
+    let filter = film.filter.describe();
     let component = match film.component {
         ComponentFormat::Half => "half floats",
         ComponentFormat::Float => "32-bit floats",
@@ -107,34 +102,6 @@ fn describe_camera(description: &Description) -> String {
         Camera::Orthographic(_) => "orthographic",
     };
     format!("{kind}{}", if description.camera_motion.is_some() { ", moving" } else { "" })
-}
-
-fn describe_integrator(integrator: &IntegratorSettings) -> String {
-    let edges = |limit: Option<u32>| match limit {
-        Some(edges) => format!("paths of at most {edges} edges"),
-        None => "paths of any length".to_owned(),
-    };
-    match integrator {
-        IntegratorSettings::Path(path) => {
-            let light = match path.strategy {
-                Strategy::Bsdf => "light found by scattering",
-                Strategy::Emitter => "light found by shadow rays",
-                Strategy::Mis(_) => "light found by both scattering and shadow rays",
-            };
-            format!("path, {}, {light}", edges(path.max_depth))
-        }
-        IntegratorSettings::DirectUniform { .. } => "direct light by uniform directions".to_owned(),
-        IntegratorSettings::Branching { branches, max_depth, .. } => {
-            format!("branching, {branches} rays at each bounce, {}", edges(Some(*max_depth)))
-        }
-        IntegratorSettings::AmbientOcclusion { ray_length } => {
-            format!("ambient occlusion within {ray_length}")
-        }
-        IntegratorSettings::Aov { layers, picture } => {
-            let beside = picture.as_deref().map(|p| format!(" beside {}", describe_integrator(p)));
-            format!("{} layers{}", layers.len(), beside.unwrap_or_default())
-        }
-    }
 }
 
 fn triangles(shape: &dyn Shape) -> usize {

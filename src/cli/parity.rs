@@ -14,6 +14,7 @@ use telamon::parity::{
     self, Budget, Contender, Generated, MixedScales, Oracle, RaySource, RecordWriter, Recorded,
     View,
 };
+use telamon::render::MOST_THREADS;
 use telamon::shape::Shape;
 
 use super::message::{self, Failure, warn};
@@ -78,7 +79,7 @@ pub(super) struct Arguments {
     #[arg(
         long,
         value_name = "N",
-        value_parser = clap::value_parser!(u16).range(1..=1024),
+        value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS.into()),
         help_heading = "Rays"
     )]
     threads: Option<u16>,

@@ -7,10 +7,10 @@ use clap::Args;
 use telamon::film::exr::Metadata;
 use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
+use telamon::film::{AovKind, AovLayer, Crop};
 use telamon::intersect;
-use telamon::render::{Ended, SampleId, Statistics, render};
-use telamon::scene::Description;
-use telamon::scene::settings::{AovKind, AovLayer, Crop, IntegratorSettings, SamplerKind};
+use telamon::render::{Description, Ended, MOST_THREADS, SampleId, Statistics, render};
+use telamon::sampler::SamplerKind;
 
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
@@ -107,7 +107,7 @@ pub(super) struct Arguments {
     #[arg(
         long,
         value_name = "N",
-        value_parser = clap::value_parser!(u16).range(1..=1024),
+        value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS.into()),
         help_heading = "Sampling"
     )]
     threads: Option<u16>,
@@ -158,8 +158,7 @@ impl Arguments {
         let mut description = self.input.load(&limits)?.description;
         self.adjust(&mut description)?;
         limits.claim(telamon::render::bytes(&description))?;
-        let layers_alone =
-            matches!(description.integrator, IntegratorSettings::Aov { picture: None, .. });
+        let layers_alone = description.integrator.picture().is_none();
         if self.variance && layers_alone {
             warn("`--variance` changes nothing: the scene makes layers alone");
         }
@@ -298,9 +297,7 @@ fn with_exr(mut name: std::ffi::OsString) -> PathBuf {
 /// Refuses files that cannot hold what the scene makes: PNG files of layers alone, and a variance beside
 /// a layer of the same name.
 fn check_formats(description: &Description, outputs: &[Output]) -> Result<(), OutputError> {
-    let IntegratorSettings::Aov { layers, picture } = &description.integrator else {
-        return Ok(());
-    };
+    let (picture, layers) = (description.integrator.picture(), description.integrator.layers());
     let first = |format| outputs.iter().find(|o| o.format == format).map(|o| o.path.clone());
     if let Some(path) = first(FileFormat::Png).filter(|_| picture.is_none()) {
         return Err(OutputError::NoColors(path));

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use telamon::film::Crop;
 use telamon::film::output::{FileFormat, OutputError};
 use telamon::intersect::accel::MalformedMode;
 use telamon::intersect::{Accel, Backend, UnknownBackend};
 use telamon::load::NoriX;
 use telamon::measure::plan::Variation;
 use telamon::parity::Budget;
-use telamon::scene::settings::{Crop, SamplerKind};
+use telamon::sampler::SamplerKind;
 
 /// A picture file that is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,7 +98,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 /// The kinds of random numbers, for the help and for completions as well.
 pub(super) fn samplers() -> impl TypedValueParser<Value = SamplerKind> {
-    PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name))
+    PossibleValuesParser::new(SamplerKind::ALL.iter().map(|kind| kind.name()))
         .try_map(|name| name.parse::<SamplerKind>())
 }
 

@@ -3,23 +3,8 @@
 use glam::{DVec2, DVec3, Vec3A};
 
 use super::light_bvh::LightChoice;
-use super::{Emitter, EmitterSample, LightBvh, Sight};
+use super::{ChoicePolicy, Emitter, EmitterSample, LightBvh, Sight};
 use crate::math::{Choice, Discrete};
-
-/// How one emitter is picked.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ChoicePolicy {
-    /// All alike.
-    Uniform,
-    /// In proportion to emitted power, but none a thousand times less often than if all were alike: a dim
-    /// light may be the nearest. The environment, of which no power can be told, half of the time.
-    Power,
-    /// By intensity, distance and orientation, through a [`LightBvh`] over the emitters inside the scene and over the
-    /// primitives of those that have many. Each emitter outside, such as an environment, is as likely as all of these
-    /// together.
-    #[default]
-    Bvh,
-}
 
 /// A point that light is to arrive at.
 #[derive(Clone, Copy, Debug)]

@@ -11,6 +11,7 @@ use crate::shape::SurfacePoint;
 pub mod area;
 pub mod bounds;
 pub mod choice;
+pub mod choice_policy;
 pub mod constant;
 pub mod directional;
 pub mod environment_map;
@@ -20,7 +21,8 @@ pub mod spot;
 
 pub use area::Area;
 pub use bounds::EmitterBounds;
-pub use choice::{ChoicePolicy, Chosen, EmitterChoice, Receiver};
+pub use choice::{Chosen, EmitterChoice, Receiver};
+pub use choice_policy::ChoicePolicy;
 pub use constant::Constant;
 pub use directional::Directional;
 pub use environment_map::EnvironmentMap;

@@ -132,9 +132,9 @@ fn f_quantile(freedom: f64) -> f64 {
 mod tests {
     use super::super::Content;
     use super::*;
+    use crate::film::{ComponentFormat, Crop, FilmSettings, Filter};
     use crate::math::Rgb;
     use crate::sampler::{Independent, PathSampler};
-    use crate::scene::settings::{ComponentFormat, Crop, FilmSettings, Filter};
 
     const SIDE: u32 = 24;
     const TRUTH: f64 = 0.5;

@@ -10,11 +10,11 @@ use exr::prelude::{
     SmallVec, Text, Vec2, WritableImage, f16,
 };
 
+use super::ComponentFormat;
 use super::atomic_file::write_atomically;
 use super::error::Estimate;
 use super::output::{OutputError, Report, check_shape};
 use super::picture::{Channel, Picture, Values};
-use crate::scene::settings::ComponentFormat;
 
 /// Names that OpenEXR readers accept without a flag in the file, in bytes; and with it.
 const SHORT_NAME: usize = 31;
@@ -194,7 +194,7 @@ mod tests {
     use exr::prelude::read_first_flat_layer_from_file;
 
     use super::*;
-    use crate::scene::settings::Crop;
+    use crate::film::Crop;
 
     fn picture(component: ComponentFormat, channels: Vec<Channel>) -> Picture {
         let crop = Crop { x: 2, y: 1, width: 2, height: 2 };

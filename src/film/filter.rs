@@ -8,7 +8,116 @@
 use glam::Vec2;
 
 use crate::math::discrete::ONE_MINUS_ULP;
-use crate::scene::settings::Filter;
+use crate::property::{Bounds, Default, Given, Kind, PropertyInfo, property};
+
+/// A reconstruction filter, separable and not negative; lengths in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// The pixel itself.
+    Box,
+    /// Falls linearly to 0 at `radius`.
+    Tent {
+        /// Where it reaches 0.
+        radius: f32,
+    },
+    /// A Gaussian lowered so that it reaches 0 at four standard deviations.
+    Gaussian {
+        /// Standard deviation.
+        stddev: f32,
+    },
+}
+
+/// What there is to know about a kind of filter.
+#[derive(Debug)]
+pub struct About {
+    /// Its name in scene files and for `measure`.
+    pub name: &'static str,
+    /// What it is, in a sentence.
+    pub help: &'static str,
+    /// Its length, if it has one.
+    pub properties: &'static [PropertyInfo],
+    /// The filter of that length.
+    build: fn(f32) -> Filter,
+}
+
+/// All kinds of filters.
+pub static KINDS: &[About] = &[
+    About { name: "box", help: "The pixel itself.", properties: &[], build: |_| Filter::Box },
+    About {
+        name: "tent",
+        help: "Falls linearly from the pixel's centre.",
+        properties: &[property(
+            "radius",
+            Kind::Float(Bounds::Positive),
+            Default::Float(1.0),
+            "where it reaches 0, in pixels",
+        )],
+        build: |radius| Filter::Tent { radius },
+    },
+    GAUSSIAN,
+];
+
+/// The filter of films that have none.
+pub(crate) const GAUSSIAN: About = About {
+    name: "gaussian",
+    help: "A Gaussian cut off at four standard deviations; the filter of films that have none.",
+    properties: &[property(
+        "stddev",
+        Kind::Float(Bounds::Positive),
+        Default::Float(0.5),
+        "standard deviation in pixels",
+    )],
+    build: |stddev| Filter::Gaussian { stddev },
+};
+
+impl About {
+    /// The filter that was told its length, or not.
+    pub(crate) fn read(&self, given: &dyn Given) -> Filter {
+        let length = self.properties.first().and_then(|length| given.number(length));
+        (self.build)(length.unwrap_or_default() as f32)
+    }
+
+    /// The filter of this kind that `text` says: its name, and after a colon the length.
+    fn parse(&self, text: &str) -> Option<Filter> {
+        let rest = text.strip_prefix(self.name)?;
+        match self.properties {
+            [] => rest.is_empty().then(|| (self.build)(0.0)),
+            [length, ..] => {
+                length.kind.parse(rest.strip_prefix(':')?).map(|v| (self.build)(v.number()))
+            }
+        }
+    }
+}
+
+impl Filter {
+    /// The filter that `text` says, as [`Filter::words`] has it.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        KINDS.iter().find_map(|kind| kind.parse(text))
+    }
+
+    /// What [`Filter::parse`] takes, in words.
+    #[must_use]
+    pub fn words() -> String {
+        let form = |kind: &About| match kind.properties {
+            [] => kind.name.to_owned(),
+            [length, ..] => format!("{}:{}", kind.name, length.name.to_uppercase()),
+        };
+        let forms: Vec<_> = KINDS.iter().map(form).collect();
+        let (last, others) = forms.split_last().expect("there are filters");
+        format!("{} or {last}, in pixels above 0", others.join(", "))
+    }
+
+    /// What it is, for reports.
+    #[must_use]
+    pub fn describe(self) -> String {
+        match self {
+            Self::Box => "box filter".to_owned(),
+            Self::Tent { radius } => format!("tent filter of radius {radius}"),
+            Self::Gaussian { stddev } => format!("Gaussian filter of standard deviation {stddev}"),
+        }
+    }
+}
 
 /// Draws positions in proportion to a filter.
 #[derive(Clone, Debug)]
@@ -111,6 +220,18 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A name, and a length after it where there is one.
+    #[test]
+    fn filters_are_told_in_one_word() {
+        assert_eq!(Filter::words(), "box, tent:RADIUS or gaussian:STDDEV, in pixels above 0");
+        assert_eq!(Filter::parse("box"), Some(Filter::Box));
+        assert_eq!(Filter::parse("tent:1.5"), Some(Filter::Tent { radius: 1.5 }));
+        assert_eq!(Filter::parse("gaussian:0.5"), Some(Filter::Gaussian { stddev: 0.5 }));
+        for bad in ["", "box:1", "tent", "tent:", "tent:0", "tent:NaN", "gaussian:1e-60", "boxes"] {
+            assert_eq!(Filter::parse(bad), None, "{bad}");
+        }
+    }
 
     /// Mean of |x| and of x² under a filter, by stratified numbers.
     fn moments(filter: Filter) -> (f64, f64) {

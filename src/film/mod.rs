@@ -1,20 +1,23 @@
 //! The film: where samples of a pixel are summed, and what becomes of the sums.
 
 use crate::math::Rgb;
-use crate::scene::settings::{AovKind, AovLayer, Crop, FilmSettings};
 
 mod atomic_file;
 pub mod error;
 pub mod exr;
 pub(crate) mod exr_size;
 pub mod filter;
+pub mod layer;
 pub mod output;
 pub mod picture;
 pub mod png;
 pub mod read;
+pub mod settings;
 mod tile;
 
-pub use filter::FilterSampler;
+pub use filter::{Filter, FilterSampler};
+pub use layer::{AovKind, AovLayer};
+pub use settings::{ComponentFormat, Crop, FilmSettings};
 pub use tile::Tile;
 
 /// Side of a tile in pixels.
@@ -39,26 +42,6 @@ pub struct Content {
     pub halves: bool,
     /// Layers beside it.
     pub layers: Vec<AovLayer>,
-}
-
-impl AovKind {
-    /// Names of the components, as after the dot in a channel's name.
-    #[must_use]
-    pub fn components(self) -> &'static [&'static str] {
-        match self {
-            Self::Depth => &["T"],
-            Self::Position | Self::GeometricNormal | Self::ShadingNormal => &["X", "Y", "Z"],
-            Self::Uv => &["U", "V"],
-            Self::Albedo => &["R", "G", "B"],
-            Self::ShapeIndex | Self::PrimitiveIndex => &["I"],
-        }
-    }
-
-    /// Whether the layer holds whole numbers, of which no mean makes sense.
-    #[must_use]
-    pub fn is_index(self) -> bool {
-        matches!(self, Self::ShapeIndex | Self::PrimitiveIndex)
-    }
 }
 
 impl Film {
@@ -183,7 +166,7 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::settings::{ComponentFormat, Filter};
+    use crate::film::{ComponentFormat, Filter};
 
     fn content(variance: bool) -> Content {
         Content { picture: true, variance, halves: false, layers: Vec::new() }

@@ -1,8 +1,7 @@
 //! The finished picture, as plain data that every file format is written from.
 
-use super::{Content, Film};
+use super::{ComponentFormat, Content, Crop, Film, FilmSettings};
 use crate::math::Rgb;
-use crate::scene::settings::{ComponentFormat, Crop, FilmSettings};
 
 /// Channels over the rendered part of a film.
 #[derive(Clone, Debug, PartialEq)]
@@ -147,9 +146,8 @@ fn layers(film: &Film) -> Vec<Channel> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Content;
+    use crate::film::{AovKind, AovLayer, Content, FilmSettings, Filter};
     use crate::math::Rgb;
-    use crate::scene::settings::{AovKind, AovLayer, FilmSettings, Filter};
 
     /// One sample of a 1x1 film whose every number differs, so that no two channels can be confused.
     #[test]

@@ -110,7 +110,7 @@ fn srgb_from_linear(value: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::film::picture::{Channel, Values};
-    use crate::scene::settings::{ComponentFormat, Crop};
+    use crate::film::{ComponentFormat, Crop};
 
     /// A picture of one row, grey unless said otherwise.
     fn row(channels: &[(&str, &[f32])]) -> Picture {

@@ -9,7 +9,7 @@ use exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text, 
 
 use super::exr_size::{PromiseError, promised_bytes};
 use super::picture::{Channel, Picture, Values};
-use crate::scene::settings::{ComponentFormat, Crop};
+use super::{ComponentFormat, Crop};
 
 /// Why a picture cannot be read.
 #[derive(Debug, thiserror::Error)]

@@ -4,10 +4,9 @@ use std::ops::{Add, Div, Range};
 
 use glam::DVec3;
 
-use super::Content;
 use super::error::REL_MSE_FLOOR;
+use super::{Content, Crop};
 use crate::math::Rgb;
-use crate::scene::settings::Crop;
 
 /// A rectangle of pixels, with no more of their samples than was asked for.
 ///

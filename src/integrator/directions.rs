@@ -2,10 +2,42 @@
 
 use glam::{Vec2, Vec3A};
 
+use super::knobs::Needs;
 use super::tracer::Shading;
 use crate::bsdf::{Bsdf, BsdfSample, Flags, Lobe, Place};
 use crate::math::warp;
-use crate::scene::settings::DirectionSampling;
+use crate::property::named::names;
+use crate::property::{Default, Kind, Named, PropertyInfo, property};
+
+/// How the next direction of a path is chosen at a surface that is no ideal mirror or glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DirectionSampling {
+    /// By the material, in proportion to what it scatters as far as possible.
+    Bsdf,
+    /// Cosine-weighted in the hemisphere.
+    CosineHemisphere,
+    /// Uniform in the hemisphere.
+    UniformHemisphere,
+}
+
+impl Named for DirectionSampling {
+    const ALL: &'static [(&'static str, Self)] = &[
+        ("bsdf", Self::Bsdf),
+        ("cosine", Self::CosineHemisphere),
+        ("uniform", Self::UniformHemisphere),
+    ];
+}
+
+/// The property of integrators that let it be chosen.
+pub(super) const DIRECTIONS: PropertyInfo = property(
+    "directions",
+    Kind::Choice(&names::<_, 3>(DirectionSampling::ALL)),
+    Default::Text(DirectionSampling::ALL[0].0),
+    "how directions are chosen: by the material, cosine-weighted or uniform in the hemisphere",
+);
+
+/// Why the knob may change nothing.
+pub(super) const NEEDS: Needs = Needs::Reason("integrator `direct_uniform` has only one way");
 
 impl DirectionSampling {
     /// A direction to go on; see [`Bsdf::sample`], which is asked where this is [`DirectionSampling::Bsdf`]

@@ -1,6 +1,23 @@
 //! Multiple importance sampling: how two techniques that can choose the same direction share it.
 
-use crate::scene::settings::MisHeuristic;
+/// How the two are weighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MisHeuristic {
+    /// In proportion to the densities.
+    Balance,
+    /// In proportion to their squares.
+    Power,
+}
+
+impl MisHeuristic {
+    /// What it is, for reports.
+    pub(super) fn describe(self) -> &'static str {
+        match self {
+            Self::Balance => "by the balance heuristic",
+            Self::Power => "by the power heuristic",
+        }
+    }
+}
 
 impl MisHeuristic {
     /// The weight of a technique that chose a direction with density `own`, where another could have

@@ -5,22 +5,29 @@ use std::fmt::Debug;
 use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::PathSampler;
-use crate::scene::Scene;
-use crate::scene::settings::{DirectionSampling, IntegratorSettings};
 
 pub mod ambient_occlusion;
 pub mod aov;
 pub mod branching;
-mod directions;
+pub mod direct_uniform;
+pub mod directions;
+pub mod knobs;
 pub mod mis;
 pub mod path;
-mod roulette;
+pub mod plugin;
+pub mod roulette;
+pub mod settings;
 mod tracer;
 
-pub use ambient_occlusion::AmbientOcclusion;
-pub use aov::Aov;
-pub use branching::Branching;
-pub use path::Path;
+pub use ambient_occlusion::{AmbientOcclusion, AmbientOcclusionSettings};
+pub use aov::{Aov, AovSettings};
+pub use branching::{Branching, BranchingSettings};
+pub use direct_uniform::DirectUniformSettings;
+pub use directions::DirectionSampling;
+pub use mis::MisHeuristic;
+pub use path::{Path, PathSettings, Strategy};
+pub use roulette::{Roulette, RoulettePolicy};
+pub use settings::{IntegratorSettings, Settings, build};
 pub use tracer::{RayCounts, Tracer, Vertex};
 
 /// The beginning of a path.
@@ -77,28 +84,3 @@ pub struct Estimate {
 
 /// The integrator that makes the picture, and the layers beside it.
 pub type Parts<'a> = (Option<Box<dyn Integrator>>, Option<Aov<'a>>);
-
-/// Builds what `settings` ask for, for use with `scene`.
-#[must_use]
-pub fn build<'a>(settings: &'a IntegratorSettings, scene: &Scene) -> Parts<'a> {
-    match *settings {
-        IntegratorSettings::Path(ref path) => (Some(Box::new(Path::new(path, scene))), None),
-        // One branch at one bounce.
-        IntegratorSettings::DirectUniform { hide_emitters } => {
-            let directions = DirectionSampling::UniformHemisphere;
-            (Some(Box::new(Branching::new(1, 2, directions, hide_emitters))), None)
-        }
-        IntegratorSettings::Branching { branches, max_depth, directions, hide_emitters } => {
-            let branching = Branching::new(branches, max_depth, directions, hide_emitters);
-            (Some(Box::new(branching)), None)
-        }
-        IntegratorSettings::AmbientOcclusion { ray_length } => {
-            (Some(Box::new(AmbientOcclusion::new(ray_length))), None)
-        }
-        IntegratorSettings::Aov { ref layers, ref picture } => {
-            let (picture, nested) = picture.as_deref().map_or((None, None), |p| build(p, scene));
-            debug_assert!(nested.is_none(), "layers within layers are refused by the loader");
-            (picture, Some(Aov::new(layers)))
-        }
-    }
-}

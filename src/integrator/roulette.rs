@@ -1,7 +1,193 @@
 //! Russian roulette.
 
+use super::knobs::{Needs, Turned};
+use super::plugin::MOST_EDGES;
+use super::settings::Reason;
 use crate::math::Rgb;
-use crate::scene::settings::{Roulette, RoulettePolicy};
+use crate::property::{
+    self, At, Bounds, Given, Kind, Nothing, PropertyInfo, Refusal, Value, property,
+};
+
+/// Russian roulette: when a path ends by chance, and with what probability it goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roulette {
+    /// Where the survival probability comes from.
+    pub policy: RoulettePolicy,
+    /// Paths with fewer edges than this always go on.
+    pub min_depth: u32,
+    /// Largest survival probability, so that every path ends.
+    pub max_survival: f32,
+}
+
+/// Where the survival probability comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RoulettePolicy {
+    /// Every path goes on.
+    None,
+    /// The same for all.
+    Fixed(f32),
+    /// The path's throughput.
+    Throughput,
+}
+
+/// Mitsuba's default.
+pub(super) const RR_DEPTH: PropertyInfo = property(
+    "rr_depth",
+    Kind::Integer(1, MOST_EDGES),
+    property::Default::Integer(5),
+    "paths with fewer edges are not ended by Russian roulette",
+);
+
+const THROUGHPUT: &str = "throughput";
+const FIXED: &str = "fixed";
+const NONE: &str = "none";
+
+pub(super) const RR_POLICY: PropertyInfo = property(
+    "rr_policy",
+    Kind::Choice(&[THROUGHPUT, FIXED, NONE]),
+    property::Default::Text(THROUGHPUT),
+    "where the probability to go on comes from",
+);
+
+pub(super) const RR_SURVIVAL: PropertyInfo = property(
+    "rr_survival",
+    Kind::Float(Bounds::Probability),
+    property::Default::Absent("required by rr_policy `fixed`"),
+    "probability to go on of rr_policy `fixed`",
+);
+
+/// The lecture's clamp.
+pub(super) const RR_MAX_SURVIVAL: PropertyInfo = property(
+    "rr_max_survival",
+    Kind::Float(Bounds::Probability),
+    property::Default::Float(0.99),
+    "largest probability to go on of rr_policy `throughput`",
+);
+
+/// What [`Roulette::turn_policy`] takes.
+pub(super) const POLICY_WORDS: &str =
+    "none, throughput, or fixed:P with a probability P above 0, up to 1";
+
+pub(super) const MAX_SURVIVAL_NEEDS: Needs = Needs::Reason("only `rr_policy=throughput` has it");
+
+/// What [`Roulette::turn_min_depth`] takes: also 0, which is as good as 1, since every path has an edge.
+pub(super) const MIN_DEPTH_WORDS: &str = "a whole number from 0";
+
+pub(super) const MIN_DEPTH_NEEDS: Needs =
+    Needs::Reason("only `rr_policy=throughput` and `rr_policy=fixed:P` have it");
+
+impl Roulette {
+    /// As it was told.
+    ///
+    /// # Errors
+    /// A probability that the policy does not have, or one that it needs and was not told.
+    pub(super) fn read(told: &dyn Given) -> Result<Self, Refusal> {
+        let policy = match told.choice(&RR_POLICY) {
+            FIXED => {
+                let p = told.number(&RR_SURVIVAL).ok_or_else(|| {
+                    Refusal::new(
+                        At::Value(RR_POLICY.name),
+                        "rr_policy `fixed` needs the property `rr_survival`",
+                    )
+                })?;
+                RoulettePolicy::Fixed(p as f32)
+            }
+            NONE => RoulettePolicy::None,
+            _ => RoulettePolicy::Throughput,
+        };
+        if !matches!(policy, RoulettePolicy::Fixed(_)) {
+            Refusal::if_given(told, &[&RR_SURVIVAL], "unless `rr_policy` is `fixed`")?;
+        }
+        if policy != RoulettePolicy::Throughput {
+            Refusal::if_given(told, &[&RR_MAX_SURVIVAL], "unless `rr_policy` is `throughput`")?;
+        }
+        let max_survival = match policy {
+            // A fixed probability is what the file asks for, up to 1.
+            RoulettePolicy::Fixed(_) => None,
+            _ => told.number(&RR_MAX_SURVIVAL),
+        };
+        let max_survival = max_survival.map_or(1.0, |p| p as f32);
+        Ok(Self { policy, min_depth: told.count(&RR_DEPTH), max_survival })
+    }
+
+    /// What would let a path between white walls go on for ever: the property that says so, and how.
+    pub(super) fn never_ends(&self) -> Option<(&'static PropertyInfo, &'static str)> {
+        match self.policy {
+            RoulettePolicy::None => Some((&RR_POLICY, "`rr_policy` is `none`")),
+            RoulettePolicy::Fixed(p) if p >= 1.0 => Some((&RR_SURVIVAL, "`rr_survival` is 1")),
+            RoulettePolicy::Throughput if self.max_survival >= 1.0 => {
+                Some((&RR_MAX_SURVIVAL, "`rr_max_survival` is 1"))
+            }
+            RoulettePolicy::Fixed(_) | RoulettePolicy::Throughput => None,
+        }
+    }
+
+    /// Changes the policy, each with the largest probability that scene files give it.
+    pub(super) fn turn_policy(&mut self, text: &str) -> Turned {
+        let Self { max_survival, .. } = Self::default();
+        let fixed = text.strip_prefix(FIXED).and_then(|rest| rest.strip_prefix(':'));
+        let fixed = fixed.and_then(|p| RR_SURVIVAL.kind.parse(p)).map(Value::number);
+        let (policy, max_survival) = match (text, fixed) {
+            (NONE, _) => (RoulettePolicy::None, max_survival),
+            (THROUGHPUT, _) => (RoulettePolicy::Throughput, max_survival),
+            (_, Some(p)) => (RoulettePolicy::Fixed(p), 1.0),
+            _ => return Turned::Bad,
+        };
+        // A policy that stays keeps what the scene says of it.
+        if self.policy != policy {
+            *self = Self { policy, max_survival, ..*self };
+        }
+        Turned::Done
+    }
+
+    /// Changes the largest probability, if the policy has one.
+    pub(super) fn turn_max_survival(&mut self, value: Value) -> bool {
+        let used = self.policy == RoulettePolicy::Throughput;
+        if used {
+            self.max_survival = value.number();
+        }
+        used
+    }
+
+    /// Changes where it begins, if it does.
+    pub(super) fn turn_min_depth(&mut self, text: &str) -> Turned {
+        let Some(value) = Kind::Integer(0, MOST_EDGES).parse(text) else {
+            return Turned::Bad;
+        };
+        let used = self.policy != RoulettePolicy::None;
+        if used {
+            self.min_depth = value.count();
+        }
+        Turned::if_used(used)
+    }
+
+    /// How it is played for paths of at most `max_depth` edges.
+    pub(super) fn reason(&self, max_depth: Option<u32>) -> Reason {
+        let survival = match self.policy {
+            RoulettePolicy::None => {
+                return Err("the integrator's policy is to play none".to_owned());
+            }
+            RoulettePolicy::Fixed(p) => format!("{p}"),
+            RoulettePolicy::Throughput => "the path's throughput".to_owned(),
+        };
+        match max_depth {
+            Some(max) if max <= self.min_depth => {
+                Err(format!("paths end at {max} edges, before it begins"))
+            }
+            _ => Ok(format!(
+                "from edge {} on, survival by {survival}, at most {}",
+                self.min_depth.max(1),
+                self.max_survival
+            )),
+        }
+    }
+}
+
+impl Default for Roulette {
+    fn default() -> Self {
+        Self::read(&Nothing).expect("the defaults go together")
+    }
+}
 
 impl Roulette {
     /// Plays for a path of `edges` edges: the factor by which its throughput is to be multiplied if it

@@ -4,14 +4,13 @@ use std::iter;
 
 use glam::{DVec3, Vec3A};
 
-use super::Estimate;
+use super::{DirectionSampling, Estimate};
 use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
 use crate::emitter::{Emitter, Receiver, Sight};
 use crate::intersect::Intersector;
 use crate::math::{Frame, Rgb};
 use crate::ray::{Hit, Ray};
 use crate::sampler::PathSampler;
-use crate::scene::settings::DirectionSampling;
 use crate::scene::{Object, Scene};
 use crate::shape::SurfacePoint;
 

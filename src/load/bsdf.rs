@@ -3,9 +3,7 @@
 use std::collections::HashMap;
 
 use super::metals;
-use super::plugins::{
-    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
-};
+use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use crate::bsdf::conductor::{ComplexIndex, Metal};
@@ -15,6 +13,7 @@ use crate::bsdf::{
     Blend, Bsdf, Conductor, Dielectric, Diffuse, Mask, Null, Perturbed, Plastic, ThinDielectric,
     TwoSided,
 };
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 
 pub(super) const SPECULAR_REFLECTANCE: PropertyInfo = property(
     "specular_reflectance",

@@ -7,13 +7,15 @@ use super::assemble::Notes;
 use super::context::Context;
 use super::document::{Place, Sources};
 use super::graph::{Child, Graph, Node, Property};
-use super::plugins::{self, Category, Default, Kind, Plugin, PropertyInfo};
-use super::problem::{Issue, did_you_mean, quoted};
+use super::plugins::{self, Category, Plugin};
+use super::problem::Issue;
 use super::properties::Object;
 use super::spectrum::{Role, Spectrum};
 use super::values::Value;
 use super::{indices, metals, work};
 use crate::memory::Limits;
+use crate::property::named::{did_you_mean, quoted};
+use crate::property::{Bounds, Default, Kind, PropertyInfo};
 
 /// Reports everything in which the objects deviate from the table.
 pub(super) fn check(graph: &Graph, sources: &Sources, notes: &mut Notes) {
@@ -272,7 +274,7 @@ fn check_value(property: &Property, value: &Value, info: &PropertyInfo) -> Optio
             None => wrong_kind(),
         },
         (Kind::RefractiveIndex, _) => match number(value) {
-            Some(v) if plugins::Bounds::Positive.contain(v) => None,
+            Some(v) if Bounds::Positive.contain(v) => None,
             Some(v) => out_of_range(format!("is {v}"), v),
             None => wrong_kind(),
         },

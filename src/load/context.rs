@@ -6,11 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use super::document::Sources;
 use super::graph::Graph;
-use super::plugins::{Bounds, Category};
+use super::plugins::Category;
 use super::problem::Issue;
 use super::properties::Object;
 use crate::bsdf::Bsdf;
 use crate::memory::Limits;
+use crate::property::Bounds;
 use crate::texture::{Image, Texture};
 
 /// An image, or what is wrong with its file.

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use super::mesh::fans;
 use super::mesh_file::MeshFile;
-use super::plugins::{Build, Category, Default, Kind, Part, Plugin, property};
+use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use super::shape::{self, BuiltShape};
 use super::values::numbers;
+use crate::property::{Default, Kind, property};
 use crate::shape::deforming::DeformingError;
 use crate::shape::{DeformingMesh, TriangleMesh};
 

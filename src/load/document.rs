@@ -4,7 +4,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::problem::{Issue, Position, did_you_mean, quoted};
+use super::problem::{Issue, Position};
+use crate::property::named::{did_you_mean, quoted};
 
 /// Elements inside elements: far more than any scene needs, few enough for the stack.
 const MAX_DEPTH: usize = 64;

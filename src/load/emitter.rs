@@ -2,12 +2,13 @@
 
 use glam::{Affine2, DMat3, DVec3, Mat3A, Vec3A};
 
-use super::plugins::{Bounds, Build, Default, Kind, Plugin, PropertyInfo, property};
+use super::plugins::{Build, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use crate::emitter::spot::SpotSettings;
 use crate::emitter::{Constant, Directional, Emitter, EnvironmentMap, Point, Spot};
 use crate::math::Rgb;
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 use crate::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
 use crate::texture::{Bitmap, Textured};
 

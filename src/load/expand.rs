@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::document::{Element, Place, Sources, parse};
 use super::nori;
-use super::problem::{Issue, LoadError, did_you_mean};
+use super::problem::{Issue, LoadError};
 use super::substitute::{LONGEST_NAME, Parameters, SubstituteError};
 use super::work;
+use crate::property::named::did_you_mean;
 
 /// Includes inside includes, as in Mitsuba.
 const MAX_INCLUDE_DEPTH: usize = 15;

@@ -1,11 +1,11 @@
 //! Films and reconstruction filters of scene files.
 
-use super::plugins::{
-    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
-};
+use super::plugins::{self, Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
-use crate::scene::settings::{ComponentFormat, Crop, FilmSettings, Filter};
+use crate::film::filter::{self, About};
+use crate::film::{ComponentFormat, Crop, FilmSettings};
+use crate::property::{Default, Kind, PropertyInfo, property};
 
 /// Pixels along one side: what an EXR viewer can be expected to open.
 const MOST_PIXELS: i64 = 1 << 20;
@@ -70,39 +70,18 @@ pub(super) static HDRFILM: Plugin = Plugin {
     build: Build::Film(film),
 };
 
-pub(super) static BOX: Plugin = Plugin {
-    name: "box",
-    help: "The pixel itself.",
-    properties: &[],
-    parts: &[],
-    build: Build::Filter(|_| Filter::Box),
-};
+/// The filters.
+pub(super) fn filters() -> impl Iterator<Item = Plugin> {
+    filter::KINDS.iter().map(|kind| {
+        let &About { name, help, properties, .. } = kind;
+        Plugin { name, help, properties, parts: &[], build: Build::Filter(kind) }
+    })
+}
 
-pub(super) static TENT: Plugin = Plugin {
-    name: "tent",
-    help: "Falls linearly from the pixel's centre.",
-    properties: &[property(
-        "radius",
-        Kind::Float(Bounds::Positive),
-        Default::Float(1.0),
-        "where it reaches 0, in pixels",
-    )],
-    parts: &[],
-    build: Build::Filter(|object| Filter::Tent { radius: object.float("radius") as f32 }),
-};
-
-pub(super) static GAUSSIAN: Plugin = Plugin {
-    name: "gaussian",
-    help: "A Gaussian cut off at four standard deviations; the filter of films that have none.",
-    properties: &[property(
-        "stddev",
-        Kind::Float(Bounds::Positive),
-        Default::Float(0.5),
-        "standard deviation in pixels",
-    )],
-    parts: &[],
-    build: Build::Filter(|object| Filter::Gaussian { stddev: object.float("stddev") as f32 }),
-};
+/// The one of films that have none.
+fn default_filter() -> &'static Plugin {
+    plugins::find(Category::Filter, filter::GAUSSIAN.name).expect("one of them")
+}
 
 fn film(object: &Object<'_>) -> Result<FilmSettings, Issue> {
     let (width, height) = (object.count("width"), object.count("height"));
@@ -111,15 +90,15 @@ fn film(object: &Object<'_>) -> Result<FilmSettings, Issue> {
             format!("a film of {width} x {height} pixels is too large (expected less than 2^32)");
         return Err(Issue::new(object.place(), message));
     }
-    let filter = object.part_or(Category::Filter, &GAUSSIAN);
-    let Build::Filter(build_filter) = filter.plugin().build else {
+    let filter = object.part_or(Category::Filter, default_filter());
+    let Build::Filter(kind) = filter.plugin().build else {
         unreachable!("parts are of the category asked for")
     };
     Ok(FilmSettings {
         width,
         height,
         crop: crop(object, width, height)?,
-        filter: build_filter(&filter),
+        filter: kind.read(&filter),
         alpha: object.choice("pixel_format") == "rgba",
         component: match object.choice("component_format") {
             "float32" => ComponentFormat::Float,

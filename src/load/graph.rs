@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::document::{Element, Place};
 use super::plugins::Category;
-use super::problem::{Issue, LoadError, did_you_mean};
+use super::problem::{Issue, LoadError};
 use super::values::{self, Value};
 use super::work;
+use crate::property::named::did_you_mean;
 
 /// All objects of a scene.
 #[derive(Debug, Default)]

@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use crate::memory::Limits;
-use crate::scene::Description;
+use crate::render::Description;
 
 mod assemble;
 mod bsdf;
@@ -21,6 +21,7 @@ mod document;
 mod emitter;
 mod expand;
 mod film;
+mod given;
 mod graph;
 mod image;
 mod image_size;
@@ -30,6 +31,7 @@ pub mod mesh;
 mod mesh_file;
 mod metals;
 mod nori;
+mod parts;
 pub mod plugins;
 mod precision;
 pub mod problem;
@@ -44,6 +46,7 @@ mod texture;
 mod transform;
 mod upgrade;
 mod values;
+mod view;
 mod work;
 
 #[cfg(test)]

@@ -13,10 +13,13 @@ use glam::DVec3;
 use super::assemble::Notes;
 use super::check::unknown_property;
 use super::document::{Element, Place};
-use super::plugins::{Bounds, Kind};
-use super::problem::{Issue, did_you_mean, quoted};
+use super::problem::Issue;
 use super::transform::triple;
 use super::values::{self, numbers};
+use crate::integrator::Strategy;
+use crate::integrator::path::strategy::STRATEGY;
+use crate::property::named::{did_you_mean, quoted};
+use crate::property::{Bounds, Kind, Named};
 
 /// Where the x axis of the camera points in the pictures of a version of Nori. Scenes do not say for which
 /// version they were made, and shown by the other one they are mirrored.
@@ -337,10 +340,14 @@ fn point_light(light: &mut Element, _: &mut Vec<Issue>) {
     }
 }
 
+fn strategy(place: Place, strategy: Strategy) -> Element {
+    property("string", place, STRATEGY.name, strategy.name())
+}
+
 fn by_materials(integrator: &mut Element, _: &mut Vec<Issue>) {
-    integrator.children.push(property("string", integrator.place, "strategy", "bsdf"));
+    integrator.children.push(strategy(integrator.place, Strategy::Bsdf));
 }
 
 fn by_emitters(integrator: &mut Element, _: &mut Vec<Issue>) {
-    integrator.children.push(property("string", integrator.place, "strategy", "emitter"));
+    integrator.children.push(strategy(integrator.place, Strategy::Emitter));
 }

@@ -1,10 +1,7 @@
 //! What a scene file can name: one table of all plugins, from which files are checked, defaults are read
 //! and documentation is written.
 
-use std::fmt;
-use std::sync::Arc;
-
-use glam::DVec3;
+use std::sync::{Arc, LazyLock};
 
 use super::emitter::Light;
 use super::problem::Issue;
@@ -14,10 +11,13 @@ use super::spectrum::Role;
 use super::{bsdf, deformable, emitter, film, integrator, rough, sampler, sensor, shape, texture};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::scene::settings::{FilmSettings, Filter, IntegratorSettings, SamplerKind};
+use crate::film::{FilmSettings, filter};
+use crate::integrator::plugin::Read as ReadIntegrator;
+use crate::property::PropertyInfo;
+use crate::sampler::SamplerKind;
 use crate::texture::Texture;
 
-/// Every plugin that a scene file can name: a new material is one new line here.
+/// Plugins whose tables stand in this room: a new material is one new line here.
 static PLUGINS: &[&Plugin] = &[
     &shape::OBJ,
     &shape::PLY,
@@ -56,27 +56,16 @@ static PLUGINS: &[&Plugin] = &[
     &sensor::THIN_LENS,
     &sensor::ORTHOGRAPHIC,
     &film::HDRFILM,
-    &film::BOX,
-    &film::TENT,
-    &film::GAUSSIAN,
-    &sampler::INDEPENDENT,
-    &sampler::SOBOL,
-    &sampler::STRATIFIED,
-    &sampler::MULTIJITTER,
-    &sampler::ORTHOGONAL,
-    &sampler::LDSAMPLER,
-    &integrator::PATH,
-    &integrator::DIRECT,
-    &integrator::DIRECT_UNIFORM,
-    &integrator::BRANCHING,
-    &integrator::AMBIENT_OCCLUSION,
-    &integrator::AOV,
-    &integrator::MOMENT,
 ];
+
+/// Filters, samplers and integrators: their own rooms list them.
+static FROM_ROOMS: LazyLock<Vec<Plugin>> = LazyLock::new(|| {
+    film::filters().chain(sampler::plugins()).chain(integrator::plugins()).collect()
+});
 
 /// Every plugin that a scene file can name, category by category.
 pub fn supported() -> impl Iterator<Item = &'static Plugin> {
-    PLUGINS.iter().copied()
+    PLUGINS.iter().copied().chain(FROM_ROOMS.iter())
 }
 
 /// The plugin of that name.
@@ -85,7 +74,7 @@ pub(super) fn find(category: Category, name: &str) -> Option<&'static Plugin> {
 }
 
 /// A kind of object that a scene file can name.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Plugin {
     /// The value of its `type`.
     pub name: &'static str,
@@ -111,7 +100,7 @@ impl Plugin {
             Build::Film(_) => Category::Film,
             Build::Filter(_) => Category::Filter,
             Build::Sampler(_) => Category::Sampler,
-            Build::Integrator(_) => Category::Integrator,
+            Build::Integrator(_) | Build::InnerIntegrator => Category::Integrator,
         }
     }
 
@@ -140,199 +129,6 @@ impl Part {
     /// At most one.
     pub(super) const fn optional(category: Category) -> Self {
         Self { category, least: 0, most: 1 }
-    }
-}
-
-/// A property of a plugin.
-#[derive(Debug)]
-pub struct PropertyInfo {
-    /// Its `name`.
-    pub name: &'static str,
-    /// The values that it takes.
-    pub kind: Kind,
-    /// What holds if it is not given.
-    pub default: Default,
-    /// What it means, in a sentence.
-    pub help: &'static str,
-}
-
-/// A property in one line of the tables.
-pub(super) const fn property(
-    name: &'static str,
-    kind: Kind,
-    default: Default,
-    help: &'static str,
-) -> PropertyInfo {
-    PropertyInfo { name, kind, default, help }
-}
-
-/// The values that a property takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
-    /// `<boolean>`
-    Boolean,
-    /// `<integer>` from the first number to the second.
-    Integer(i64, i64),
-    /// `<float>` or `<integer>`.
-    Float(Bounds),
-    /// `<string>`
-    Text,
-    /// `<string>` that is one of these.
-    Choice(&'static [&'static str]),
-    /// `<string>` that names a file.
-    File,
-    /// `<point>` or `<vector>`.
-    Point,
-    /// `<transform>`
-    Transform,
-    /// `<transform>` or `<animation>`
-    Motion,
-    /// `<rgb>`, `<srgb>`, `<spectrum>`, or one number for all channels.
-    Rgb(Bounds),
-    /// The same, or `<texture>`.
-    RgbTexture(Bounds),
-    /// `<float>`, a colour whose mean counts, or `<texture>`.
-    FloatTexture(Bounds),
-    /// A number, or the name of a substance.
-    RefractiveIndex,
-    /// `<string>` that names a metal, or is `none`.
-    Metal,
-}
-
-impl Kind {
-    /// Where the channels of a colour must lie; `None` if it takes none.
-    pub(super) fn color_bounds(self) -> Option<Bounds> {
-        match self {
-            Self::Rgb(bounds) | Self::RgbTexture(bounds) | Self::FloatTexture(bounds) => {
-                Some(bounds)
-            }
-            _ => None,
-        }
-    }
-}
-
-/// A range of numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bounds {
-    /// All that an f32 can hold.
-    Any,
-    /// Above 0.
-    Positive,
-    /// 0 or above.
-    NotNegative,
-    /// From 0 to 1.
-    Unit,
-    /// Above 0, up to 1.
-    Probability,
-}
-
-impl Bounds {
-    pub(super) fn contain(self, value: f64) -> bool {
-        value.abs() <= f64::from(f32::MAX)
-            && match self {
-                Self::Any => true,
-                // What rounds to 0 as f32 would not be above 0 where it is used.
-                Self::Positive => value as f32 > 0.0,
-                Self::NotNegative => value >= 0.0,
-                Self::Unit => (0.0..=1.0).contains(&value),
-                Self::Probability => value as f32 > 0.0 && value <= 1.0,
-            }
-    }
-}
-
-impl Bounds {
-    /// The smallest and the largest number within; 0 also where only what is above it is.
-    pub(super) fn limits(self) -> [f32; 2] {
-        match self {
-            Self::Any => [f32::MIN, f32::MAX],
-            Self::Positive | Self::NotNegative => [0.0, f32::MAX],
-            Self::Unit | Self::Probability => [0.0, 1.0],
-        }
-    }
-
-    /// The closest colour within.
-    pub(super) fn clamp(self, rgb: DVec3) -> DVec3 {
-        match self {
-            Self::Any => rgb,
-            Self::Positive | Self::NotNegative => rgb.max(DVec3::ZERO),
-            Self::Unit | Self::Probability => rgb.clamp(DVec3::ZERO, DVec3::ONE),
-        }
-    }
-}
-
-impl fmt::Display for Bounds {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Any => "any finite",
-            Self::Positive => "above 0",
-            Self::NotNegative => "of 0 or above",
-            Self::Unit => "from 0 to 1",
-            Self::Probability => "above 0, up to 1",
-        })
-    }
-}
-
-impl fmt::Display for Kind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Boolean => f.write_str("boolean"),
-            Self::Integer(min, max) if *max >= i64::from(i32::MAX) => {
-                write!(f, "integer of {min} or above")
-            }
-            Self::Integer(min, max) => write!(f, "integer from {min} to {max}"),
-            Self::Float(Bounds::Any) => f.write_str("float"),
-            Self::Float(bounds) => write!(f, "float {bounds}"),
-            Self::Text => f.write_str("string"),
-            Self::Choice(names) => write!(f, "one of {}", names.join(", ")),
-            Self::File => f.write_str("file name"),
-            Self::Point => f.write_str("point"),
-            Self::Transform => f.write_str("transform"),
-            Self::Motion => f.write_str("transform or animation"),
-            Self::Rgb(Bounds::Any) => f.write_str("colour"),
-            Self::RgbTexture(bounds) => write!(f, "colour {bounds}, or texture"),
-            Self::FloatTexture(bounds) => write!(f, "float {bounds}, or texture"),
-            Self::Rgb(bounds) => write!(f, "colour {bounds}"),
-            Self::RefractiveIndex => f.write_str("float above 0, or name of a substance"),
-            Self::Metal => f.write_str("name of a metal, or none"),
-        }
-    }
-}
-
-/// What holds if a property is not given.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Default {
-    /// It must be given.
-    Required,
-    /// Nothing; in words, what happens then.
-    Absent(&'static str),
-    /// A truth value.
-    Boolean(bool),
-    /// A whole number.
-    Integer(i64),
-    /// A number.
-    Float(f64),
-    /// A text.
-    Text(&'static str),
-    /// A grey of this value.
-    Grey(f64),
-    /// The origin.
-    Origin,
-    /// The map that changes nothing.
-    Identity,
-}
-
-impl fmt::Display for Default {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Required => f.write_str("required"),
-            Self::Absent(words) => f.write_str(words),
-            Self::Boolean(value) => write!(f, "{value}"),
-            Self::Integer(value) => write!(f, "{value}"),
-            Self::Float(value) | Self::Grey(value) => write!(f, "{value}"),
-            Self::Text(value) => f.write_str(value),
-            Self::Origin => f.write_str("0, 0, 0"),
-            Self::Identity => f.write_str("identity"),
-        }
     }
 }
 
@@ -403,14 +199,17 @@ pub(super) enum Build {
     Emitter(fn(&Object<'_>) -> Result<Light, Issue>),
     Sensor(fn(&Object<'_>, &FilmSettings) -> Result<Camera, Issue>),
     Film(fn(&Object<'_>) -> Result<FilmSettings, Issue>),
-    Filter(fn(&Object<'_>) -> Filter),
+    Filter(&'static filter::About),
     Sampler(SamplerKind),
-    Integrator(fn(&Object<'_>) -> Result<IntegratorSettings, Issue>),
+    Integrator(ReadIntegrator),
+    /// The integrator inside it.
+    InnerIntegrator,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::property::{Default, Kind};
 
     #[test]
     fn names_are_unique_and_categories_stand_together() {

@@ -10,12 +10,13 @@ use super::document::Place;
 use super::graph::{Node, Property};
 use super::image;
 use super::indices;
-use super::plugins::{self, Build, Category, Default, Kind, Plugin};
+use super::plugins::{self, Build, Category, Plugin};
 use super::problem::Issue;
 use super::values::Value;
 use crate::bsdf::Bsdf;
 use crate::math::{Motion, Rgb};
 use crate::memory::Limits;
+use crate::property::{Default, Kind};
 use crate::texture::{Image, Texture, Textured};
 
 /// An object that passed [`super::check::check`]: its properties have the kinds that the table says.
@@ -74,6 +75,13 @@ impl<'a> Object<'a> {
         self.given(name).map_or(self.place(), |p| p.value_place)
     }
 
+    /// Where the name of a property stands, or else the object.
+    pub(super) fn place_of_name(&self, name: &str) -> Place {
+        let texture = || self.texture_object(name).map(|o| o.place());
+        let place = self.given(name).map(|p| p.name_place).or_else(texture);
+        place.unwrap_or(self.place())
+    }
+
     /// What its files may take.
     pub(super) fn limits(&self) -> &'a Limits {
         self.context.limits
@@ -114,10 +122,7 @@ impl<'a> Object<'a> {
         let Some(name) = names.iter().find(|name| self.has(name)) else {
             return Ok(());
         };
-        let texture = || self.texture_object(name).map(|o| o.place());
-        let place = self.given(name).map(|p| p.name_place).or_else(texture);
-        let place = place.unwrap_or(self.place());
-        Err(Issue::new(place, format!("`{name}` has no effect {why}")))
+        Err(Issue::new(self.place_of_name(name), format!("`{name}` has no effect {why}")))
     }
 
     pub(super) fn boolean(&self, name: &str) -> bool {

@@ -4,11 +4,12 @@ use super::bsdf::{
     DIFFUSE_REFLECTANCE, ETA, EXT_IOR, K, MATERIAL, NONLINEAR, SPECULAR_REFLECTANCE,
     SPECULAR_TRANSMITTANCE, coat, indices, int_ior, metal,
 };
-use super::plugins::{Bounds, Build, Default, Kind, Plugin, PropertyInfo, property};
+use super::plugins::{Build, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use crate::bsdf::microfacet::{Distribution, LEAST_ALPHA, Roughness};
 use crate::bsdf::{Bsdf, RoughConductor, RoughDielectric, RoughPlastic};
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 use crate::texture::Textured;
 
 const DISTRIBUTION: PropertyInfo = property(

@@ -1,23 +1,11 @@
 //! Samplers of scene files.
 
-use super::plugins::{Build, Default, Kind, Plugin, PropertyInfo, property};
+use super::plugins::{self, Build, Category, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
-use crate::scene::settings::{SamplerKind, SamplerSettings};
-
-const SAMPLE_COUNT: PropertyInfo = property(
-    "sample_count",
-    Kind::Integer(1, u32::MAX as i64),
-    Default::Integer(4),
-    "samples per pixel",
-);
-
-const SEED: PropertyInfo = property(
-    "seed",
-    Kind::Integer(0, i64::MAX),
-    Default::Integer(0),
-    "which of many random sequences",
-);
+use crate::property::{Default, Kind, PropertyInfo, property};
+use crate::sampler::settings::{About, PROPERTIES, SAMPLE_COUNT, SEED};
+use crate::sampler::{SamplerKind, SamplerSettings};
 
 const JITTER: PropertyInfo = property(
     "jitter",
@@ -26,75 +14,45 @@ const JITTER: PropertyInfo = property(
     "not needed: points of `sobol` lie anywhere in their cells",
 );
 
-pub(super) static INDEPENDENT: Plugin = Plugin {
-    name: "independent",
-    help: "Independent uniform numbers.",
-    properties: &[SAMPLE_COUNT, SEED],
-    parts: &[],
-    build: Build::Sampler(SamplerKind::Independent),
-};
+const STRENGTH: PropertyInfo = property(
+    "strength",
+    Kind::Integer(1, i32::MAX as i64),
+    Default::Integer(2),
+    "not needed: four dimensions of `sobol` are spread together",
+);
 
-pub(super) static SOBOL: Plugin = Plugin {
-    name: "sobol",
-    help: "Sobol' points with Owen's scrambling, spread evenly for any number of samples and best for powers \
-           of 2; the sampler of sensors that have none (not in Mitsuba).",
-    properties: &[SAMPLE_COUNT, SEED],
-    parts: &[],
-    build: Build::Sampler(SamplerKind::Sobol),
-};
+/// Our own, and Mitsuba's that we do not have.
+pub(super) fn plugins() -> impl Iterator<Item = Plugin> {
+    let ours = SamplerKind::ALL.iter().map(|&kind| {
+        let About { name, help, .. } = kind.about();
+        let build = Build::Sampler(kind);
+        Plugin { name, help, properties: PROPERTIES, parts: &[], build }
+    });
+    ours.chain([
+        stand_in("stratified", &[SAMPLE_COUNT, SEED, JITTER]),
+        stand_in("multijitter", &[SAMPLE_COUNT, SEED, JITTER]),
+        stand_in("orthogonal", &[SAMPLE_COUNT, SEED, JITTER, STRENGTH]),
+        stand_in("ldsampler", PROPERTIES),
+    ])
+}
 
-pub(super) static STRATIFIED: Plugin = Plugin {
-    name: "stratified",
-    help: "`sobol` takes its place, with a warning.",
-    properties: &[SAMPLE_COUNT, SEED, JITTER],
-    parts: &[],
-    build: Build::Sampler(SamplerKind::Sobol),
-};
+/// The one of sensors that have none.
+pub(super) fn default() -> &'static Plugin {
+    let name = SamplerKind::default().name();
+    plugins::find(Category::Sampler, name).expect("one of our own")
+}
 
-pub(super) static MULTIJITTER: Plugin = Plugin {
-    name: "multijitter",
-    help: "`sobol` takes its place, with a warning.",
-    properties: &[SAMPLE_COUNT, SEED, JITTER],
-    parts: &[],
-    build: Build::Sampler(SamplerKind::Sobol),
-};
-
-pub(super) static ORTHOGONAL: Plugin = Plugin {
-    name: "orthogonal",
-    help: "`sobol` takes its place, with a warning.",
-    properties: &[
-        SAMPLE_COUNT,
-        SEED,
-        JITTER,
-        property(
-            "strength",
-            Kind::Integer(1, i32::MAX as i64),
-            Default::Integer(2),
-            "not needed: four dimensions of `sobol` are spread together",
-        ),
-    ],
-    parts: &[],
-    build: Build::Sampler(SamplerKind::Sobol),
-};
-
-pub(super) static LDSAMPLER: Plugin = Plugin {
-    name: "ldsampler",
-    help: "`sobol` takes its place, with a warning.",
-    properties: &[SAMPLE_COUNT, SEED],
-    parts: &[],
-    build: Build::Sampler(SamplerKind::Sobol),
-};
+fn stand_in(name: &'static str, properties: &'static [PropertyInfo]) -> Plugin {
+    let help = "`sobol` takes its place, with a warning.";
+    Plugin { name, help, properties, parts: &[], build: Build::Sampler(SamplerKind::Sobol) }
+}
 
 /// The settings that an object describes, and a warning if it has another sampler's name.
 pub(super) fn build(object: &Object<'_>) -> (SamplerSettings, Option<Issue>) {
     let Build::Sampler(kind) = object.plugin().build else {
         unreachable!("callers pass samplers");
     };
-    let settings = SamplerSettings {
-        kind,
-        samples_per_pixel: object.count("sample_count"),
-        seed: object.integer("seed").unsigned_abs(),
-    };
+    let settings = SamplerSettings::read(kind, object);
     let name = object.plugin().name;
     let warning = (name != kind.name()).then(|| {
         let message = format!("sampler `{kind}` is used in place of `{name}`");

@@ -2,16 +2,15 @@
 
 use glam::Vec2;
 
-use super::plugins::{
-    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
-};
+use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use crate::camera::{
     Camera, CameraError, Lens, Orthographic, OrthographicSettings, Perspective, PerspectiveSettings,
 };
+use crate::film::FilmSettings;
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 use crate::scene::CameraMotion;
-use crate::scene::settings::FilmSettings;
 
 /// Diagonal of the 36 x 24 mm film that focal lengths refer to.
 const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_875;

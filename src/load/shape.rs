@@ -9,12 +9,11 @@ use super::mesh::{
     LoadedMesh, MeshFileError, MeshOptions, MeshProblem, load_obj, load_ply, load_serialized,
 };
 use super::mesh_file::MeshFile;
-use super::plugins::{
-    Bounds, Build, Category, Default, Kind, Part, Plugin, PropertyInfo, property,
-};
+use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
 use crate::math::Frame;
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 use crate::ray::Ray;
 use crate::shape::mesh::Dropped;
 use crate::shape::{Cylinder, Disk, Group, Instance, Shape, Sphere, TriangleMesh, primitives};

@@ -7,8 +7,9 @@
 use glam::{DMat3, DVec3};
 
 use super::document::{Element, Place};
-use super::problem::{Issue, did_you_mean, quoted};
+use super::problem::Issue;
 use super::values::{Value, numbers, parse_number};
+use crate::property::named::{did_you_mean, quoted};
 
 /// Something by wavelength.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, Mat2, Vec2};
 
-use super::plugins::{Bounds, Build, Default, Kind, Plugin, PropertyInfo, property};
+use super::plugins::{Build, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
 use crate::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
 use crate::texture::{Bitmap, Checkerboard, Texture};
 

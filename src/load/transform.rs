@@ -3,9 +3,10 @@
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 
 use super::document::{Element, Place};
-use super::problem::{Issue, did_you_mean, quoted};
+use super::problem::Issue;
 use super::values::{numbers, parse_number};
 use crate::math::Motion;
+use crate::property::named::{did_you_mean, quoted};
 
 /// The map of a `<transform>`: its steps, the first one applied first.
 ///

@@ -13,8 +13,7 @@ use super::metrics::Metrics;
 use super::plan::run_seed;
 use crate::intersect::{self, Accel, BuildError, Intersector};
 use crate::math::Rgb;
-use crate::render::{Ended, Progress, Statistics, render};
-use crate::scene::Description;
+use crate::render::{Description, Ended, Progress, Statistics, render};
 
 /// Why a setting cannot be rendered.
 #[derive(Debug, thiserror::Error)]

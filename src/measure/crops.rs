@@ -9,9 +9,9 @@ use super::metrics::Metrics;
 use super::plan::Candidate;
 use super::statistics::{quantile, sorted};
 use super::summary::{Findings, Summary};
+use crate::film::Crop;
 use crate::film::png::png_bytes;
 use crate::math::Rgb;
-use crate::scene::settings::Crop;
 
 /// Side of a crop in pixels.
 const SIDE: u32 = 96;

@@ -57,7 +57,7 @@ fn color(difference: f32) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::settings::Crop;
+    use crate::film::Crop;
 
     fn row(values: &[f32]) -> Image {
         let width = values.len() as u32;

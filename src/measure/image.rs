@@ -1,9 +1,8 @@
 //! Pictures as metrics see them: colours, where they lie on the film, how precisely they are known.
 
-use crate::film::Film;
 use crate::film::picture::{Picture, Values};
+use crate::film::{ComponentFormat, Crop, Film};
 use crate::math::Rgb;
-use crate::scene::settings::{ComponentFormat, Crop};
 
 /// The colours of a picture.
 #[derive(Clone, Debug, PartialEq)]

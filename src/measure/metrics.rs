@@ -193,9 +193,9 @@ fn flip_of_finite(image: &Image, reference: &Image) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::Crop;
     use crate::measure::ZTest;
     use crate::sampler::{Independent, Sampler};
-    use crate::scene::settings::Crop;
 
     fn image(pixels: Vec<Rgb>) -> Image {
         let width = pixels.len() as u32;

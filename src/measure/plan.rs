@@ -232,7 +232,7 @@ pub fn run_seed(seed: u64, label: &str, repeat: u32) -> u64 {
 mod tests {
     use super::*;
     use crate::intersect::Backend;
-    use crate::scene::tests::description;
+    use crate::render::description::tests::description;
 
     fn base() -> Setting {
         Setting::of(&description(), Backend::Rust.into(), 1).expect("a picture")

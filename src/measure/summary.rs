@@ -11,7 +11,6 @@ use super::metrics::Metrics;
 use super::plan::Candidate;
 use super::series::{self, Series};
 use super::statistics::{Moments, median, sorted};
-use crate::scene::settings::SamplerKind;
 
 /// Probability that any setting without bias is called biased, that any setting which is as efficient as the
 /// base is called different, or that any series which converges as it should is said not to: of each 0.01.
@@ -123,7 +122,7 @@ impl Findings {
             same.or_else(|| like.clone().find(|(c, _)| c.is_base)).map(|(_, runs)| runs)
         };
         // Samples that are spread evenly are not independent.
-        let independent = groups.iter().filter(|(c, _)| c.setting.sampler != SamplerKind::Sobol);
+        let independent = groups.iter().filter(|(c, _)| c.setting.sampler.about().independent);
         let noise = |candidate: &Candidate| {
             let series = independent.clone().filter(|(c, _)| c.series() == candidate.series());
             noise_of_sample(series.map(|(c, runs)| (runs.as_slice(), c.setting.samples_per_pixel)))
@@ -140,7 +139,7 @@ impl Findings {
         };
         let settings: Vec<Summary> = groups.iter().map(summary).collect();
         let even: Vec<bool> =
-            groups.iter().map(|(c, _)| c.setting.sampler == SamplerKind::Sobol).collect();
+            groups.iter().map(|(c, _)| !c.setting.sampler.about().independent).collect();
         let series = series::of(&settings, &even);
         let pareto = pareto(&settings);
         Self { settings, series, pareto }
@@ -213,8 +212,8 @@ pub(super) mod tests {
     use crate::measure::reach::Reach;
     use crate::measure::series::SlopeVerdict;
     use crate::measure::statistics::significance_each;
+    use crate::render::description::tests::description;
     use crate::sampler::{Independent, Sampler};
-    use crate::scene::tests::description;
 
     fn candidate(choices: &[(&str, &str)], spp: u32) -> Candidate {
         let setting = Setting::of(&description(), Backend::Rust.into(), 1).expect("a picture");

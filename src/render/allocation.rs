@@ -72,10 +72,9 @@ fn allocate_half(tiles: &[Tile], half: usize, record: usize, share: u32, mean: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Content;
+    use crate::film::{ComponentFormat, Content, Crop, FilmSettings, Filter};
     use crate::math::Rgb;
     use crate::sampler::{Independent, PathSampler};
-    use crate::scene::settings::{ComponentFormat, Crop, FilmSettings, Filter};
 
     /// One row of pixels: a tile of 16, and a tile of one.
     fn film() -> Film {

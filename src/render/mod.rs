@@ -12,15 +12,20 @@ use crate::integrator::{self, Aov, Estimate, Integrator, RayCounts, Sample, Trac
 use crate::intersect::Intersector;
 use crate::math::Rgb;
 use crate::ray::Ray;
-use crate::sampler::{self, PathSampler, Sampler};
-use crate::scene::Description;
-use crate::scene::settings::{IntegratorSettings, SamplerSettings};
+use crate::sampler::{self, PathSampler, Sampler, SamplerSettings};
 
 mod allocation;
+pub mod description;
+pub mod effort;
+pub mod requirements;
+pub mod resize;
 mod schedule;
 mod trace;
 
 pub use allocation::FIRST_ALLOCATION;
+pub use description::Description;
+pub use effort::Effort;
+pub use requirements::Requirements;
 use schedule::Schedule;
 pub use schedule::{Ended, Errors};
 pub use trace::{Edge, Trace, trace};
@@ -70,6 +75,9 @@ pub struct SampleId {
     /// Seed of its numbers: the scene's, or that of the second half.
     pub seed: u64,
 }
+
+/// The most threads that can be asked for.
+pub const MOST_THREADS: u16 = 1024;
 
 /// Examples of non-finite samples to keep.
 const EXAMPLES: usize = 8;
@@ -161,16 +169,13 @@ pub fn bytes(description: &Description) -> u64 {
 
 /// What is kept of the samples.
 fn content(description: &Description) -> Content {
-    let (picture, layers) = match &description.integrator {
-        IntegratorSettings::Aov { picture, layers } => (picture.is_some(), layers.clone()),
-        _ => (true, Vec::new()),
-    };
-    let Description { film, effort, .. } = description;
+    let Description { film, effort, integrator, .. } = description;
+    let picture = integrator.picture().is_some();
     Content {
         picture,
         variance: picture && (film.variance || effort.adaptive),
         halves: picture && effort.needs_halves(),
-        layers,
+        layers: integrator.layers().to_vec(),
     }
 }
 

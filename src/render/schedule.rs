@@ -2,10 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use super::{Description, Effort};
 use crate::film::Film;
 use crate::film::error::Estimate;
-use crate::scene::Description;
-use crate::scene::settings::Effort;
 
 /// Samples that a pass adds to each pixel at most: early passes are short, so that there is a whole
 /// picture soon, later ones long, so that a tile's rays stay in the cache.

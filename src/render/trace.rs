@@ -1,13 +1,12 @@
 //! The path of one sample, edge by edge.
 
-use super::{Renderer, SampleId};
-use crate::integrator::{self, Estimate, Sample, Tracer};
+use super::{Description, Renderer, SampleId};
+use crate::integrator::{self, Estimate, IntegratorSettings, Sample, Tracer};
 use crate::intersect::recorder::Query;
 use crate::intersect::{Intersector, Recorder};
 use crate::math::Rgb;
 use crate::sampler;
-use crate::scene::Description;
-use crate::scene::settings::{IntegratorSettings, PathSettings, SamplerSettings};
+use crate::sampler::SamplerSettings;
 
 /// A path that was followed.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,28 +48,16 @@ pub fn trace(description: &Description, engine: &dyn Intersector, id: SampleId) 
     };
     let (estimate, queries) = look(&description.integrator)?;
     let (mut edges, mut told) = (Vec::new(), 0);
-    if let Some(path) = path_settings(&description.integrator) {
-        for most in 1..=MOST_EDGES {
-            let limited = PathSettings { max_depth: Some(most), ..*path };
-            let (so_far, first) = look(&IntegratorSettings::Path(limited))?;
-            if first.len() == queries.len() {
-                break;
-            }
-            let queries = queries[told..first.len()].to_vec();
-            told = first.len();
-            edges.push(Edge { queries, radiance: so_far.radiance });
+    let picture = description.integrator.picture()?.about();
+    for limited in (1..=MOST_EDGES).map_while(|most| picture.up_to(most)) {
+        let (so_far, first) = look(&limited)?;
+        if first.len() == queries.len() {
+            break;
         }
+        let queries = queries[told..first.len()].to_vec();
+        told = first.len();
+        edges.push(Edge { queries, radiance: so_far.radiance });
     }
     edges.push(Edge { queries: queries[told..].to_vec(), radiance: estimate.radiance });
     Some(Trace { edges, estimate })
-}
-
-/// Those of the path tracer, if it makes the picture of paths that do not split: else what is asked up to some depth is
-/// not what is asked first.
-fn path_settings(settings: &IntegratorSettings) -> Option<&PathSettings> {
-    match settings {
-        IntegratorSettings::Path(path) if path.bsdf_samples == 1 => Some(path),
-        IntegratorSettings::Aov { picture, .. } => picture.as_deref().and_then(path_settings),
-        _ => None,
-    }
 }

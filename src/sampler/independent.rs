@@ -3,7 +3,14 @@
 use glam::{DVec2, Vec2};
 
 use super::bits::{GOLDEN, mix, to_unit};
-use super::{PathKey, Sampler};
+use super::{About, PathKey, Sampler};
+
+pub(super) static ABOUT: About = About {
+    name: "independent",
+    help: "Independent uniform numbers.",
+    independent: true,
+    build: |seed| Box::new(Independent::new(seed)),
+};
 
 /// Numbers without any correlation: plain Monte Carlo, with an error that falls as n^(−1/2).
 #[derive(Clone, Copy, Debug)]

@@ -10,12 +10,12 @@ use glam::{DVec2, Vec2};
 
 mod bits;
 pub mod independent;
+pub mod settings;
 pub mod sobol;
 
 pub use independent::Independent;
+pub use settings::{About, SamplerKind, SamplerSettings, UnknownSampler};
 pub use sobol::Sobol;
-
-use crate::scene::settings::{SamplerKind, SamplerSettings};
 
 /// A family of points in the unit cube.
 pub trait Sampler: Debug + Send + Sync {
@@ -77,8 +77,5 @@ impl<'a> PathSampler<'a> {
 /// The sampler that the settings ask for.
 #[must_use]
 pub fn build(settings: &SamplerSettings) -> Box<dyn Sampler> {
-    match settings.kind {
-        SamplerKind::Independent => Box::new(Independent::new(settings.seed)),
-        SamplerKind::Sobol => Box::new(Sobol::new(settings.seed)),
-    }
+    (settings.kind.about().build)(settings.seed)
 }

@@ -13,7 +13,15 @@
 use glam::{DVec2, Vec2};
 
 use super::bits::{GOLDEN, mix, to_unit};
-use super::{PathKey, Sampler};
+use super::{About, PathKey, Sampler};
+
+pub(super) static ABOUT: About = About {
+    name: "sobol",
+    help: "Sobol' points with Owen's scrambling, spread evenly for any number of samples and best for powers \
+           of 2; the sampler of sensors that have none (not in Mitsuba).",
+    independent: false,
+    build: |seed| Box::new(Sobol::new(seed)),
+};
 
 /// Numbers that are spread more evenly than by chance. The error of a smooth integrand falls nearly as
 /// n^(−3/2), that of a rough one no slower than with [`super::Independent`].

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use telamon::film::{Crop, Filter};
+use telamon::integrator::{IntegratorSettings, PathSettings};
 use telamon::intersect::{self, Backend};
 use telamon::math::Rgb;
-use telamon::render::{SampleId, trace};
-use telamon::scene::Description;
-use telamon::scene::settings::{Crop, Filter, IntegratorSettings, PathSettings};
+use telamon::render::{Description, SampleId, trace};
 
 use crate::support::pictures::{parse, picture};
 

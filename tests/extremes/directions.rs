@@ -3,12 +3,11 @@
 use glam::{DVec3, Vec2, Vec3A};
 use telamon::bsdf::{Bsdf, Dielectric, Diffuse};
 use telamon::emitter::{Constant, Emitter};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{Integrator, Path, PathSettings, Tracer};
 use telamon::math::{Frame, Rgb};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::PathSettings;
 use telamon::shape::{Shape, Sphere, TriangleMesh};
 
 use crate::support::meshes::{engines, mesh};
@@ -96,7 +95,7 @@ fn floors_are_seen_at_the_flattest_angles() {
     let objects = vec![object(std::sync::Arc::new(floor), 0, None)];
     let scene = Scene::new(objects, vec![grey], vec![sky], Some(0)).expect("valid");
     let settings = PathSettings {
-        strategy: telamon::scene::settings::Strategy::Bsdf,
+        strategy: telamon::integrator::Strategy::Bsdf,
         roulette: NO_ROULETTE,
         ..PathSettings::default()
     };

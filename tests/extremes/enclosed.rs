@@ -5,12 +5,11 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse, TwoSided};
 use telamon::emitter::{Area, Constant, Emitter};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{Integrator, Path, PathSettings, Strategy, Tracer};
 use telamon::math::{Frame, Rgb, warp};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::{PathSettings, Strategy};
 use telamon::shape::{Cylinder, Disk, Shape, TriangleMesh};
 
 use crate::ULP;

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3A};
 use telamon::bsdf::{Bsdf, Conductor, Diffuse};
 use telamon::emitter::{Area, Emitter};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{
+    Integrator, IntegratorSettings, MisHeuristic, Path, PathSettings, Roulette, RoulettePolicy,
+    Strategy, Tracer,
+};
 use telamon::intersect::{Intersector, Recorder};
 use telamon::math::{Frame, Rgb};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::{
-    IntegratorSettings, MisHeuristic, PathSettings, Roulette, RoulettePolicy, Strategy,
-};
 use telamon::shape::{Shape, Sphere, TriangleMesh, primitives};
 
 use crate::support::meshes::{engines, sphere_mesh_and_dropped};

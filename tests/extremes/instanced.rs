@@ -6,12 +6,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse, TwoSided};
 use telamon::emitter::{Area, Constant, Emitter};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{Integrator, Path, PathSettings, Strategy, Tracer};
 use telamon::math::{Frame, Motion, Rgb};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::{PathSettings, Strategy};
 use telamon::shape::{Group, Instance, Shape, Sphere, TriangleMesh};
 
 use crate::ULP;

@@ -5,13 +5,12 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec2, Vec3A};
 use telamon::bsdf::{Bsdf, Dielectric, Diffuse, TwoSided};
 use telamon::emitter::{Area, Emitter, EmitterSample, LightOrigin};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{Integrator, Path, PathSettings, Tracer};
 use telamon::intersect::Intersector;
 use telamon::math::{Frame, Rgb, warp};
 use telamon::ray::{Ray, RayEnd};
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::PathSettings;
 use telamon::shape::{Shape, Sphere, SurfacePoint, TriangleMesh, primitives};
 
 use crate::support::lights::triangle;

@@ -6,12 +6,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse};
 use telamon::emitter::{Area, ChoicePolicy, Emitter, EmitterChoice, Point, Receiver, Sight};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{Integrator, MisHeuristic, Path, PathSettings, Strategy, Tracer};
 use telamon::math::{Choice, Discrete, Rgb};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler, Sampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::{MisHeuristic, PathSettings, Strategy};
 use telamon::shape::{Shape, primitives};
 
 use crate::support::lights::{lambert, lights, sphere, square, triangle};

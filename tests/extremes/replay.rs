@@ -1,11 +1,11 @@
 //! One sample by itself: the same as among all others, and followed edge by edge.
 
+use telamon::film::Crop;
+use telamon::integrator::{IntegratorSettings, MisHeuristic, PathSettings, Strategy};
 use telamon::intersect::recorder::Answer;
 use telamon::intersect::{self, Backend};
 use telamon::math::Rgb;
-use telamon::render::{SampleId, trace};
-use telamon::scene::Description;
-use telamon::scene::settings::{Crop, IntegratorSettings, MisHeuristic, PathSettings, Strategy};
+use telamon::render::{Description, SampleId, trace};
 
 use crate::support::pictures::{in_package, picture, read};
 

@@ -14,12 +14,11 @@ use telamon::bsdf::{
     RoughPlastic, ThinDielectric, TwoSided,
 };
 use telamon::emitter::{Area, Constant, Emitter};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{Integrator, Path, PathSettings, Tracer};
 use telamon::math::{Frame, Rgb, warp};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::PathSettings;
 use telamon::shape::{Shape, Sphere, TriangleMesh, primitives};
 
 use super::leaving::assert_all_black;

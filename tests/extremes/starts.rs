@@ -6,12 +6,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse, TwoSided};
 use telamon::emitter::{Area, Constant, Emitter};
-use telamon::integrator::{Integrator, Path, Tracer};
+use telamon::integrator::{Integrator, Path, PathSettings, Tracer};
 use telamon::math::{Frame, Rgb, warp};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
 use telamon::scene::Scene;
-use telamon::scene::settings::PathSettings;
 use telamon::shape::{Shape, Sphere, TriangleMesh, primitives};
 
 use crate::ULP;

@@ -11,6 +11,7 @@ mod lattice;
 #[path = "../../examples/sculpt/mesh.rs"]
 mod mesh;
 mod meshes;
+mod records;
 #[path = "../support/mod.rs"]
 mod support;
 mod testers;

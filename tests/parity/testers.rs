@@ -1,14 +1,11 @@
-//! Tests of the tester: an engine that errs is found out, and what is written down can be fired again.
+//! Tests of the tester: an engine that errs is found out.
 
-use std::fs;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use telamon::intersect::{self, Backend, Intersector};
 use telamon::parity::{
-    self, Answer, Budget, Class, Contender, Disagreement, Family, Generated, Oracle, Query,
-    RaySource, RecordWriter, Recorded, Report,
+    self, Answer, Budget, Class, Contender, Family, Generated, Oracle, Query, RaySource, Report,
 };
 use telamon::ray::{Hit, Ray};
 use telamon::shape::Shape;
@@ -17,7 +14,7 @@ use crate::{compare, meshes};
 
 /// What an engine may do wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Flaw {
+pub(crate) enum Flaw {
     /// Does not see the nearest surface.
     Leaks,
     /// Sees a triangle where there is none.
@@ -36,13 +33,13 @@ enum Flaw {
 
 /// The Rust engine with a flaw that one in a hundred rays meets.
 #[derive(Debug)]
-struct Flawed {
+pub(crate) struct Flawed {
     engine: Box<dyn Intersector>,
     flaw: Option<Flaw>,
 }
 
 impl Flawed {
-    fn new(shapes: &[Arc<dyn Shape>], flaw: Option<Flaw>) -> Self {
+    pub(crate) fn new(shapes: &[Arc<dyn Shape>], flaw: Option<Flaw>) -> Self {
         Self { engine: intersect::build(Backend::Rust, shapes).expect("builds"), flaw }
     }
 
@@ -215,91 +212,6 @@ fn rays_are_what_their_family_says() {
         }
     }
     assert_eq!(seen, [500; Family::ALL.len()]);
-}
-
-fn record(path: &Path, contenders: &[Contender<'_>], disagreements: &[Disagreement]) {
-    let mut recorder = RecordWriter::create(path, contenders).expect("writable");
-    disagreements.iter().for_each(|d| recorder.write(d).expect("there is room"));
-    recorder.finish().expect("there is room");
-}
-
-/// What is written down is fired again: the same rays, bit for bit, the same answers, the same classes.
-#[test]
-fn a_report_can_be_replayed() {
-    let shapes = [meshes::cube()];
-    let engine = Flawed::new(&shapes, Some(Flaw::Leaks));
-    let contenders = [Contender::new(&engine)];
-    let rays = Generated::new(&shapes, None, 6, 3_000);
-    let (_, first) = compare(&shapes, &contenders, &rays);
-    assert!(first.len() > 30);
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("rays.jsonl");
-    record(&path, &contenders, &first);
-
-    let recorded = Recorded::read(&path).expect("our own");
-    let (report, second) = compare(&shapes, &contenders, &recorded);
-    assert_eq!(report.rays, first.len() as u64);
-    assert_eq!(first.len(), second.len());
-    for (a, b) in first.iter().zip(&second) {
-        assert_eq!(bits(&a.ray), bits(&b.ray));
-        assert_eq!((a.family, a.crossed, &a.answers), (b.family, b.crossed, &b.answers));
-    }
-
-    // A file of rays alone, as another program may write them.
-    fs::write(
-        &path,
-        r#"{"index": 0, "family": "pair", "origin": ["0x0p+0", "-0x0p+0", "-0x1.8p+1"],
-            "direction": ["0x0p+0", "0x0p+0", "0x1p+0"], "t_min": "0x1p-126", "t_max": "inf", "time": "0x0p+0"}"#
-            .replace('\n', " "),
-    )
-    .expect("writable");
-    let half_line = Ray::new(glam::Vec3A::new(0.0, -0.0, -3.0), glam::Vec3A::Z);
-    let (_, ray) = Recorded::read(&path).expect("complete").ray(0);
-    assert_eq!(bits(&ray), bits(&half_line));
-    // And as a person may.
-    fs::write(
-        &path,
-        r#"{"origin": [0, -0.0, -3e0], "direction": [0, 0, 1.00000001], "t_max": 0.1}"#,
-    )
-    .expect("writable");
-    let (family, ray) = Recorded::read(&path).expect("enough").ray(0);
-    assert_eq!((family, bits(&ray)), (Family::Pair, bits(&half_line.until(0.1))));
-}
-
-fn bits(ray: &Ray) -> Vec<u32> {
-    let vectors = [ray.origin, ray.direction].into_iter().flat_map(|v| v.to_array());
-    vectors.chain([ray.t_min, ray.t_max, ray.time]).map(f32::to_bits).collect()
-}
-
-#[test]
-fn what_is_no_record_is_refused() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("rays.jsonl");
-    let line = r#"{"index":0,"family":"pair","origin":["0x1p+0","0x1p+0","0x1p+0"],"direction":["0x1p+0","0x1p+0","0x1p+0"],"t_min":"0x0p+0","t_max":"inf","time":"0x0p+0"}"#;
-    let name = path.display();
-    for (text, message) in [
-        (
-            line.replace("inf", "1.5"),
-            "column 136: `1.5` is not exactly an f32 (expected a hexadecimal float such as 0x1.8p+1, inf or \
-             nan)",
-        ),
-        (
-            line.replace("pair", "pear"),
-            "column 26: unknown variant `pear`, expected one of `camera`, `pair`, `bounce`, `vertex`, \
-             `edge`, `axis`, `grazing`, `inside`, `far`, `segment`",
-        ),
-        (line.replace("\"origin\"", "\"start\""), "column 152: missing field `origin`"),
-        ("7".to_owned(), "column 1: invalid type: integer `7`, expected a ray"),
-        ("{".to_owned(), "column 1: EOF while parsing an object"),
-    ] {
-        fs::write(&path, format!("{line}\n\n{text}\n")).expect("writable");
-        let error = Recorded::read(&path).expect_err("no record").to_string();
-        assert_eq!(error, format!("`{name}`, line 3, {message}"));
-    }
-    let none = folder.path().join("none");
-    let error = Recorded::read(&none).expect_err("not there").to_string();
-    let reason = "No such file or directory (os error 2)";
-    assert_eq!(error, format!("cannot read `{}`: {reason}", none.display()));
 }
 
 /// The counts and the disagreements are the same on any number of threads, and a run that is stopped is

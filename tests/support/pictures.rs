@@ -7,8 +7,7 @@ use std::sync::atomic::AtomicBool;
 use telamon::film::Film;
 use telamon::intersect::{self, Backend};
 use telamon::load::{LoadOptions, NoriX, load_scene, load_text};
-use telamon::render::{Statistics, render};
-use telamon::scene::Description;
+use telamon::render::{Description, Statistics, render};
 
 /// A file of the package.
 pub(crate) fn in_package(name: &str) -> PathBuf {

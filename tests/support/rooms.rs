@@ -5,12 +5,11 @@ use std::sync::Arc;
 use glam::{DAffine3, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse};
 use telamon::emitter::{Area, Emitter};
-use telamon::integrator::{Tracer, build};
+use telamon::integrator::{IntegratorSettings, Roulette, RoulettePolicy, Tracer, build};
 use telamon::intersect::Intersector;
 use telamon::math::{Frame, Rgb, warp};
 use telamon::ray::Ray;
 use telamon::sampler::{Independent, PathSampler};
-use telamon::scene::settings::{IntegratorSettings, Roulette, RoulettePolicy};
 use telamon::scene::{Object, Scene};
 use telamon::shape::{Shape, Sphere, primitives};
 

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use flate2::Crc;
+use telamon::film::Crop;
 use telamon::measure::bench::{Bench, mean_error};
 use telamon::measure::knobs::{KnobError, Setting};
 use telamon::measure::plan::{self, Candidate, Design, Variation};
@@ -17,8 +18,7 @@ use telamon::measure::store::Store;
 use telamon::measure::summary::Findings;
 use telamon::measure::{Image, crops, report, search};
 use telamon::memory::{Limits, OutOfMemory};
-use telamon::scene::Description;
-use telamon::scene::settings::Crop;
+use telamon::render::Description;
 
 use super::definitions::METRICS;
 use super::machine::{self, ProcessMemory};

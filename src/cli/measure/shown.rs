@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use telamon::intersect::{Accel, Backend};
 use telamon::measure::bench::Run;
-use telamon::measure::knobs::KNOBS;
+use telamon::measure::knobs::knobs;
 use telamon::measure::plan::{self, Candidate};
 use telamon::measure::report;
 use telamon::measure::summary::Findings;
@@ -96,7 +96,7 @@ pub(super) fn knobs_help() -> String {
     let mut help = "Knob to vary, with the values that it is to have, separated by commas; may be repeated. What \
                     a setting has no use for is left out. Knobs:"
         .to_owned();
-    for knob in KNOBS {
+    for knob in knobs() {
         help += &format!("\n  {}: {}", knob.name, knob.values);
     }
     for &backend in Backend::AVAILABLE {

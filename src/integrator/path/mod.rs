@@ -8,11 +8,15 @@ use crate::math::Rgb;
 use crate::ray::Ray;
 use crate::sampler::PathSampler;
 use crate::scene::Scene;
-use crate::scene::settings::{PathSettings, Strategy};
 
+mod direct;
 mod pool;
+pub mod settings;
+pub mod strategy;
 
 use pool::Pool;
+pub use settings::PathSettings;
+pub use strategy::Strategy;
 
 /// Next-event estimation and directions chosen by the material, weighted by multiple importance
 /// sampling, with Russian roulette (Veach 1997, chapters 8 to 10).

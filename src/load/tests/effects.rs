@@ -1,7 +1,8 @@
 //! Every property of the table changes what is loaded.
 
-use super::super::plugins::{Category, Kind, Plugin, supported};
+use super::super::plugins::{Category, Plugin, supported};
 use super::load;
+use crate::property::Kind;
 
 /// A scene that contains an object of the given kind.
 pub(super) fn scene_with(category: Category, plugin: &str, inner: &str) -> String {

@@ -7,8 +7,10 @@ use std::sync::Arc;
 use super::super::{LoadOptions, load_scene, load_text};
 use super::{SENSOR, description, load};
 use crate::bsdf::Place;
+use crate::film::Filter;
+use crate::integrator::IntegratorSettings;
+use crate::sampler::{SamplerKind, SamplerSettings};
 use crate::scene::Object;
-use crate::scene::settings::{Filter, IntegratorSettings, SamplerKind, SamplerSettings};
 use crate::shape::Geometry;
 
 #[test]

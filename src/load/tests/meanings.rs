@@ -8,8 +8,14 @@ use super::{description, load};
 use crate::bsdf::{Bsdf, Place};
 use crate::camera::{Camera, Lens};
 use crate::emitter::Sight;
-use crate::scene::settings::*;
-use crate::scene::{Description, Scene};
+use crate::film::{AovKind, AovLayer, ComponentFormat, Crop, Filter};
+use crate::integrator::{
+    AmbientOcclusionSettings, AovSettings, IntegratorSettings, MisHeuristic, PathSettings,
+    RoulettePolicy, Strategy,
+};
+use crate::render::Description;
+use crate::sampler::SamplerKind;
+use crate::scene::Scene;
 
 /// Values as printed by Mitsuba 3.9.1 for a scene that names none of them.
 #[test]
@@ -290,11 +296,11 @@ fn integrators_mean_what_they_say() {
     let layer = |name: &str, kind| AovLayer { name: name.into(), kind };
     assert_eq!(
         aov,
-        IntegratorSettings::Aov {
+        IntegratorSettings::Aov(AovSettings {
             layers: vec![layer("dd", AovKind::Depth), layer("nn.s", AovKind::ShadingNormal)],
-            picture: Some(Box::new(IntegratorSettings::AmbientOcclusion {
-                ray_length: f32::INFINITY
-            })),
-        },
+            picture: Some(Box::new(IntegratorSettings::AmbientOcclusion(
+                AmbientOcclusionSettings { ray_length: f32::INFINITY }
+            ))),
+        }),
     );
 }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::{LoadError, LoadOptions, Loaded, load_text};
-use crate::scene::Description;
+use crate::render::Description;
 
 mod effects;
 mod format;

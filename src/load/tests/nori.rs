@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3A};
 use super::super::{LoadOptions, Loaded, NoriX, load_text};
 use super::{description, load};
 use crate::bsdf::Place;
-use crate::scene::Description;
+use crate::render::Description;
 
 const CAMERA: &str = "<camera type='perspective'/>";
 

@@ -1,11 +1,17 @@
-//! What an experiment can turn: one entry for each knob, under the name that scene files have for it.
+//! What an experiment can turn, under the names that scene files have for it. The knobs of an integrator stand in its
+//! own file.
 
 mod turn;
 
+use crate::film::Filter;
+use crate::integrator::IntegratorSettings;
+use crate::integrator::knobs::{Known, Turned};
+use crate::integrator::settings::{known_knobs, plugins};
 use crate::intersect::accel::{Mode, UnknownMode};
 use crate::intersect::{Accel, Backend};
-use crate::scene::Description;
-use crate::scene::settings::{Effort, Filter, IntegratorSettings, SamplerKind};
+use crate::property::Kind;
+use crate::render::{Description, Effort};
+use crate::sampler::SamplerKind;
 
 /// How a scene is rendered: all that knobs can turn.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +62,7 @@ pub enum KnobError {
         /// The knob.
         name: String,
         /// Why.
-        reason: &'static str,
+        reason: String,
     },
     /// A knob is named twice, or a value of it.
     #[error("{what} is given twice")]
@@ -70,137 +76,75 @@ impl KnobError {
     /// No setting has a use for the knob.
     #[must_use]
     pub fn no_effect(name: &str) -> Self {
-        let knob = KNOBS.iter().find(|k| k.name == name);
-        let reason = knob.map_or("the engine has no such mode", |k| k.needs);
+        let knob = knobs().into_iter().find(|k| k.name == name);
+        let reason = knob.map_or("the engine has no such mode".to_owned(), |k| k.needs);
         Self::NoEffect { name: name.to_owned(), reason }
     }
 }
 
-/// One knob.
-pub struct Knob {
-    /// Its name.
-    pub name: &'static str,
-    /// What it can be, for messages and the help.
-    pub values: &'static str,
-    /// Why it may change nothing.
-    needs: &'static str,
-    set: fn(&mut Setting, &str) -> Turn,
+/// A knob of the render around its integrator.
+struct Knob {
+    name: &'static str,
+    /// What it can be.
+    values: Words,
+    set: fn(&mut Setting, &str) -> Turned,
 }
 
-impl std::fmt::Debug for Knob {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}={}", self.name, self.values)
-    }
+/// Words for a message.
+type Words = fn() -> String;
+
+/// The knobs that are turned first, in this order.
+static FIRST: &[Knob] = &[
+    Knob { name: "spp", values: || "a whole number from 1".to_owned(), set: turn::spp },
+    Knob { name: "backend", values: || one_of(backends()), set: turn::backend },
+    Knob { name: "integrator", values: || one_of(integrators()), set: turn::integrator },
+];
+
+/// The knobs that are turned last.
+static LAST: &[Knob] = &[
+    Knob { name: "sampler", values: || one_of(samplers()), set: turn::sampler },
+    Knob {
+        name: "clamp",
+        values: || "none, or a radiance above 0 that larger samples are scaled down to".to_owned(),
+        set: turn::clamp,
+    },
+    Knob { name: "adaptive", values: || Kind::Boolean.words(), set: turn::adaptive },
+    Knob { name: "filter", values: Filter::words, set: turn::filter },
+    Knob { name: "threads", values: || turn::THREADS.words(), set: turn::threads },
+];
+
+fn one_of(names: impl Iterator<Item = &'static str>) -> String {
+    format!("one of: {}", names.collect::<Vec<_>>().join(", "))
 }
 
-/// What became of an attempt.
-enum Turn {
-    Done,
-    /// The setting has no use for the knob.
-    NoUse,
-    /// It cannot have this value.
-    Bad,
+fn backends() -> impl Iterator<Item = &'static str> {
+    Backend::AVAILABLE.iter().map(|backend| backend.name())
 }
 
-const PATH_ONLY: &str = "only integrators `path` and `direct` have it";
+fn samplers() -> impl Iterator<Item = &'static str> {
+    SamplerKind::ALL.iter().map(|kind| kind.name())
+}
+
+/// Those that make the same picture.
+fn integrators() -> impl Iterator<Item = &'static str> {
+    plugins().filter(|plugin| plugin.in_place_of.is_some()).map(|plugin| plugin.name)
+}
 
 /// The knobs, in the order in which they are turned: the integrator before its properties. After them come
 /// the modes of the engines ([`Accel::modes`]).
-pub static KNOBS: &[Knob] = &[
-    Knob { name: "spp", values: "a whole number from 1", needs: "", set: turn::spp },
-    Knob { name: "backend", values: BACKENDS, needs: "", set: turn::backend },
-    Knob {
-        name: "integrator",
-        values: "one of: path, direct, direct_uniform, branching",
-        needs: "",
-        set: turn::integrator,
-    },
-    Knob {
-        name: "max_depth",
-        values: "a whole number from 0 (to 32 for integrator `branching`), or -1 for no limit",
-        needs: "only integrators `path` and `branching` have it, and the latter a limit up to 32",
-        set: turn::max_depth,
-    },
-    Knob {
-        name: "branches",
-        values: "a whole number from 1 to 65536",
-        needs: "only integrator `branching` has it",
-        set: turn::branches,
-    },
-    Knob {
-        name: "directions",
-        values: "one of: bsdf, cosine, uniform",
-        needs: "integrator `direct_uniform` has only one way",
-        set: turn::directions,
-    },
-    Knob {
-        name: "strategy",
-        values: "one of: mis_power, mis_balance, bsdf, emitter",
-        needs: PATH_ONLY,
-        set: turn::strategy,
-    },
-    Knob {
-        name: "emitter_choice",
-        values: "one of: uniform, power, bvh",
-        needs: PATH_ONLY,
-        set: turn::emitter_choice,
-    },
-    Knob {
-        name: "emitter_samples",
-        values: "a whole number from 1 to 65536",
-        needs: "only integrators `path` and `direct` have it, unless `strategy=bsdf`",
-        set: turn::emitter_samples,
-    },
-    Knob {
-        name: "rr_policy",
-        values: "none, throughput, or fixed:P with a probability P above 0, up to 1",
-        needs: PATH_ONLY,
-        set: turn::rr_policy,
-    },
-    Knob {
-        name: "rr_max_survival",
-        values: "a number above 0, up to 1",
-        needs: "only `rr_policy=throughput` has it",
-        set: turn::rr_max_survival,
-    },
-    Knob {
-        name: "rr_depth",
-        values: "a whole number from 0",
-        needs: "only `rr_policy=throughput` and `rr_policy=fixed:P` have it",
-        set: turn::rr_depth,
-    },
-    Knob { name: "sampler", values: SAMPLERS, needs: "", set: turn::sampler },
-    Knob {
-        name: "clamp",
-        values: "none, or a radiance above 0 that larger samples are scaled down to",
-        needs: "",
-        set: turn::clamp,
-    },
-    Knob { name: "adaptive", values: "one of: true, false", needs: "", set: turn::adaptive },
-    Knob {
-        name: "filter",
-        values: "box, tent:RADIUS or gaussian:STDDEV, in pixels above 0",
-        needs: "",
-        set: turn::filter,
-    },
-    Knob {
-        name: "threads",
-        values: "a whole number from 1 to 1024",
-        needs: "",
-        set: turn::threads,
-    },
-];
+#[must_use]
+pub fn knobs() -> Vec<Known> {
+    let known = |k: &Knob| Known { name: k.name, values: (k.values)(), needs: String::new() };
+    let mut knobs: Vec<Known> = FIRST.iter().map(known).collect();
+    knobs.extend(known_knobs());
+    knobs.extend(LAST.iter().map(known));
+    knobs
+}
 
-#[cfg(feature = "embree")]
-const BACKENDS: &str = "one of: embree, rust";
-#[cfg(not(feature = "embree"))]
-const BACKENDS: &str = "one of: rust";
-const SAMPLERS: &str = "one of: independent, sobol";
-
-/// Names of all knobs: those of [`KNOBS`], then those of the engines' modes.
+/// Names of all knobs: those of [`knobs`], then those of the engines' modes.
 #[must_use]
 pub fn names() -> Vec<&'static str> {
-    let mut names: Vec<_> = KNOBS.iter().map(|k| k.name).collect();
+    let mut names: Vec<_> = knobs().iter().map(|k| k.name).collect();
     for &backend in Backend::AVAILABLE {
         for (key, _) in Accel::modes(backend) {
             if !names.contains(&key) {
@@ -217,12 +161,8 @@ impl Setting {
     /// # Errors
     /// [`KnobError::NoPicture`].
     pub fn of(description: &Description, accel: Accel, threads: usize) -> Result<Self, KnobError> {
-        let integrator = match &description.integrator {
-            IntegratorSettings::Aov { picture, .. } => picture.as_deref(),
-            other => Some(other),
-        };
         Ok(Self {
-            integrator: integrator.cloned().ok_or(KnobError::NoPicture)?,
+            integrator: description.integrator.picture().cloned().ok_or(KnobError::NoPicture)?,
             sampler: description.sampler.kind,
             samples_per_pixel: description.sampler.samples_per_pixel,
             clamp: description.film.clamp,
@@ -250,13 +190,18 @@ impl Setting {
     /// # Errors
     /// A knob that there is not, or a value that it cannot have.
     pub fn turn(&mut self, name: &str, value: &str) -> Result<bool, KnobError> {
-        let Some(knob) = KNOBS.iter().find(|k| k.name == name) else {
+        let own = FIRST.iter().chain(LAST).find(|k| k.name == name);
+        let Some(known) = knobs().into_iter().find(|k| k.name == name) else {
             return self.turn_mode(name, value);
         };
-        match (knob.set)(self, value) {
-            Turn::Done => Ok(true),
-            Turn::NoUse => Ok(false),
-            Turn::Bad => Err(bad(name, value, knob.values)),
+        let turned = match own {
+            Some(knob) => (knob.set)(self, value),
+            None => self.integrator.turn(name, value),
+        };
+        match turned {
+            Turned::Done => Ok(true),
+            Turned::NoUse => Ok(false),
+            Turned::Bad => Err(bad(name, value, &known.values)),
         }
     }
 
@@ -291,8 +236,10 @@ fn bad(name: &str, value: &str, expected: &str) -> KnobError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::settings::{DirectionSampling, PathSettings, Roulette, RoulettePolicy};
-    use crate::scene::tests::description;
+    use crate::integrator::{
+        BranchingSettings, DirectionSampling, PathSettings, Roulette, RoulettePolicy,
+    };
+    use crate::render::description::tests::description;
 
     fn setting() -> Setting {
         Setting::of(&description(), Backend::Rust.into(), 2).expect("a picture")
@@ -408,12 +355,12 @@ mod tests {
         {
             assert_eq!(s.turn(name, value), Ok(true));
         }
-        let expected = IntegratorSettings::Branching {
+        let expected = IntegratorSettings::Branching(BranchingSettings {
             branches: 4,
             max_depth: 3,
             directions: DirectionSampling::CosineHemisphere,
             hide_emitters: false,
-        };
+        });
         assert_eq!(s.integrator, expected);
         assert_eq!(s.turn("strategy", "emitter"), Ok(false));
         assert_eq!(s.turn("max_depth", "-1"), Ok(false));

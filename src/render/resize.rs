@@ -1,7 +1,7 @@
 //! The same scene on a film of another size, or on another part of it.
 
 use super::Description;
-use super::settings::Crop;
+use crate::film::Crop;
 
 /// Why a film cannot be as asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -83,7 +83,7 @@ fn scale_span((start, length): (u32, u32), from: u32, to: u32) -> (u32, u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::tests::description;
+    use crate::render::description::tests::description;
 
     fn crop(x: u32, y: u32, width: u32, height: u32) -> Crop {
         Crop { x, y, width, height }

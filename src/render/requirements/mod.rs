@@ -4,12 +4,13 @@ use std::collections::HashSet;
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 
-use super::settings::{
-    AovKind, IntegratorSettings, MisHeuristic, PathSettings, RoulettePolicy, Strategy,
-};
-use super::{Description, Object, Scene};
+use super::Description;
 use crate::bsdf::Needs;
 use crate::camera::{Camera, Lens};
+use crate::film::AovKind;
+use crate::integrator::settings::Reason;
+use crate::integrator::{IntegratorSettings, Settings};
+use crate::scene::{Object, Scene};
 use crate::shape::{Geometry, Shape};
 
 #[cfg(test)]
@@ -86,17 +87,14 @@ impl Display for Feature {
     }
 }
 
-/// The reason for a decision: `Ok` to model, `Err` to skip.
-type Reason = Result<String, String>;
-
 impl Requirements {
     /// What a render of `description` requires.
     #[must_use]
     pub fn of(description: &Description) -> Self {
         let Description { scene, film, integrator, .. } = description;
         let skipped = |reason: &str| Err(reason.to_owned());
-        let next_event = next_event_estimation(integrator, scene);
-        let importance = importance(integrator, &next_event);
+        let picture = picture(integrator);
+        let of_picture = |ask: &dyn Fn(&dyn Settings) -> Reason| picture.clone().and_then(ask);
         let alpha = if film.alpha {
             Ok("the film has an alpha channel".to_owned())
         } else {
@@ -110,9 +108,12 @@ impl Requirements {
             (Feature::VertexNormals, vertex_normals(scene)),
             (Feature::TextureCoordinates, texture_coordinates(integrator, scene)),
             (Feature::EnvironmentLight, environment_light(scene)),
-            (Feature::NextEventEstimation, next_event),
-            (Feature::MultipleImportanceSampling, importance),
-            (Feature::RussianRoulette, roulette(integrator)),
+            (Feature::NextEventEstimation, of_picture(&|p| p.next_event_estimation(scene))),
+            (
+                Feature::MultipleImportanceSampling,
+                of_picture(&|p| p.multiple_importance_sampling(scene)),
+            ),
+            (Feature::RussianRoulette, of_picture(&|p| p.russian_roulette())),
             (Feature::HiddenEmitters, hidden_emitters(integrator)),
             (Feature::Alpha, alpha),
             (Feature::Layers, layers(integrator)),
@@ -213,10 +214,7 @@ fn textures(scene: &Scene) -> Reason {
 }
 
 fn texture_coordinates(integrator: &IntegratorSettings, scene: &Scene) -> Reason {
-    let shown = match integrator {
-        IntegratorSettings::Aov { layers, .. } => layers.iter().any(|l| l.kind == AovKind::Uv),
-        _ => false,
-    };
+    let shown = integrator.layers().iter().any(|l| l.kind == AovKind::Uv);
     let read = surfaces_that_need(scene, Needs::TextureCoordinates);
     match (shown, read, surfaces_that_need(scene, Needs::Tangents)) {
         (true, ..) => Ok("a layer shows them".to_owned()),
@@ -236,86 +234,14 @@ fn environment_light(scene: &Scene) -> Reason {
     }
 }
 
-/// The integrator that makes the picture.
-fn picture(integrator: &IntegratorSettings) -> Option<&IntegratorSettings> {
-    match integrator {
-        IntegratorSettings::Aov { picture, .. } => picture.as_deref(),
-        other => Some(other),
-    }
-}
-
-/// The path tracer's settings, or why there are none.
-fn path(integrator: &IntegratorSettings) -> Result<&PathSettings, String> {
-    match picture(integrator) {
-        Some(IntegratorSettings::Path(path)) => Ok(path),
-        Some(_) => Err("only the path tracer has it".to_owned()),
-        None => Err("layers alone are asked for".to_owned()),
-    }
-}
-
-fn next_event_estimation(integrator: &IntegratorSettings, scene: &Scene) -> Reason {
-    let path = path(integrator)?;
-    if path.strategy == Strategy::Bsdf {
-        return Err("the integrator looks for light by scattering alone".to_owned());
-    }
-    if path.max_depth.is_some_and(|max| max < 2) {
-        return Err("paths of one edge show emitters only".to_owned());
-    }
-    if scene.emitters().is_empty() {
-        return Err("there is no emitter".to_owned());
-    }
-    let smooth = |&bsdf: &usize| scene.bsdfs()[bsdf].flags().smooth;
-    if !scene.objects().iter().any(|o| o.bsdfs().iter().any(smooth)) {
-        return Err("all surfaces are ideal mirrors or glass".to_owned());
-    }
-    Ok("one shadow ray from each surface that is no ideal mirror or glass".to_owned())
-}
-
-fn importance(integrator: &IntegratorSettings, next_event: &Reason) -> Reason {
-    let heuristic = match path(integrator)?.strategy {
-        Strategy::Mis(heuristic) => heuristic,
-        Strategy::Bsdf => return Err("light is found by scattering alone".to_owned()),
-        Strategy::Emitter => return Err("light is found by shadow rays alone".to_owned()),
-    };
-    if next_event.is_err() {
-        return Err("there are no shadow rays".to_owned());
-    }
-    Ok(match heuristic {
-        MisHeuristic::Balance => "by the balance heuristic".to_owned(),
-        MisHeuristic::Power => "by the power heuristic".to_owned(),
-    })
-}
-
-fn roulette(integrator: &IntegratorSettings) -> Reason {
-    let PathSettings { roulette, max_depth, .. } = path(integrator)?;
-    let survival = match roulette.policy {
-        RoulettePolicy::None => return Err("the integrator's policy is to play none".to_owned()),
-        RoulettePolicy::Fixed(p) => format!("{p}"),
-        RoulettePolicy::Throughput => "the path's throughput".to_owned(),
-    };
-    match max_depth {
-        Some(max) if *max <= roulette.min_depth => {
-            Err(format!("paths end at {max} edges, before it begins"))
-        }
-        _ => Ok(format!(
-            "from edge {} on, survival by {survival}, at most {}",
-            roulette.min_depth.max(1),
-            roulette.max_survival
-        )),
-    }
+/// The integrator that makes the picture, or why there is none.
+fn picture(integrator: &IntegratorSettings) -> Result<&dyn Settings, String> {
+    let picture = integrator.picture().map(IntegratorSettings::about);
+    picture.ok_or_else(|| "layers alone are asked for".to_owned())
 }
 
 fn hidden_emitters(integrator: &IntegratorSettings) -> Reason {
-    let hidden = match picture(integrator) {
-        Some(IntegratorSettings::Path(path)) => path.hide_emitters,
-        Some(
-            IntegratorSettings::DirectUniform { hide_emitters }
-            | IntegratorSettings::Branching { hide_emitters, .. },
-        ) => *hide_emitters,
-        Some(IntegratorSettings::AmbientOcclusion { .. } | IntegratorSettings::Aov { .. })
-        | None => false,
-    };
-    if hidden {
+    if integrator.picture().is_some_and(|picture| picture.about().common().hide_emitters) {
         Ok("camera rays pass through emitters".to_owned())
     } else {
         Err("the camera sees emitters as other surfaces".to_owned())
@@ -323,12 +249,12 @@ fn hidden_emitters(integrator: &IntegratorSettings) -> Reason {
 }
 
 fn layers(integrator: &IntegratorSettings) -> Reason {
-    match integrator {
-        IntegratorSettings::Aov { layers, .. } if !layers.is_empty() => {
+    match integrator.layers() {
+        [] => Err("none is asked for".to_owned()),
+        layers => {
             let names: Vec<_> = layers.iter().map(|l| l.name.as_str()).collect();
             Ok(names.join(", "))
         }
-        _ => Err("none is asked for".to_owned()),
     }
 }
 
@@ -343,8 +269,5 @@ fn variance(description: &Description) -> Reason {
     if asked.is_empty() {
         return Err("nothing asks for an estimate of the error".to_owned());
     }
-    match picture(&description.integrator) {
-        Some(_) => Ok(asked.join(", ")),
-        None => Err("layers alone are asked for".to_owned()),
-    }
+    picture(&description.integrator).map(|_| asked.join(", "))
 }

@@ -8,9 +8,12 @@ use crate::bsdf::microfacet::{Distribution, Roughness};
 use crate::bsdf::{Bsdf, Conductor, Diffuse, RoughConductor};
 use crate::camera::{Orthographic, OrthographicSettings, Perspective, PerspectiveSettings};
 use crate::emitter::{Area, Constant, Emitter};
+use crate::film::AovLayer;
+use crate::integrator::{
+    AovSettings, DirectUniformSettings, PathSettings, Roulette, RoulettePolicy, Strategy,
+};
 use crate::math::Rgb;
-use crate::scene::settings::{AovLayer, Roulette};
-use crate::scene::tests::description;
+use crate::render::description::tests::description;
 use crate::shape::TriangleMesh;
 use crate::texture::{Checkerboard, Texture, Textured};
 
@@ -23,10 +26,16 @@ fn triangle(smooth: bool) -> Arc<dyn Shape> {
 
 /// A scene of triangles, one for each material, under a constant sky.
 fn scene(smooth: bool, bsdfs: Vec<Box<dyn Bsdf>>) -> Scene {
+    lit_scene(smooth, bsdfs, Vec::new())
+}
+
+/// The same with lights that belong to no triangle.
+fn lit_scene(smooth: bool, bsdfs: Vec<Box<dyn Bsdf>>, lights: Vec<Box<dyn Emitter>>) -> Scene {
     let object = |bsdf| Object::new("", triangle(smooth), bsdf, None);
     let objects = (0..bsdfs.len()).map(object).collect();
-    let sky: Box<dyn Emitter> = Box::new(Constant::new(Rgb::ONE));
-    Scene::new(objects, bsdfs, vec![sky], Some(0)).expect("valid")
+    let mut emitters: Vec<Box<dyn Emitter>> = vec![Box::new(Constant::new(Rgb::ONE))];
+    emitters.extend(lights);
+    Scene::new(objects, bsdfs, emitters, Some(0)).expect("valid")
 }
 
 fn diffuse() -> Box<dyn Bsdf> {
@@ -126,7 +135,7 @@ fn shadow_rays_need_a_reason() {
         assert_eq!(reason(&d, next_event).0, shadow_rays);
         assert!(!reason(&d, mis).0);
     }
-    d.integrator = IntegratorSettings::DirectUniform { hide_emitters: true };
+    d.integrator = IntegratorSettings::DirectUniform(DirectUniformSettings { hide_emitters: true });
     assert_eq!(reason(&d, next_event), skipped("only the path tracer has it"));
     assert!(reason(&d, Feature::HiddenEmitters).0);
 }
@@ -163,9 +172,8 @@ fn places_are_looked_up_where_a_material_depends_on_them() {
     assert_eq!(reason(&d, Feature::Textures), modelled(expected));
     let expected = "1 surfaces have materials that read them";
     assert_eq!(reason(&d, Feature::TextureCoordinates), modelled(expected));
-    d.scene = scene(false, vec![diffuse()]);
     let lamp = Area::new(triangle(false), Textured::Varying(board)).expect("has an area");
-    d.scene.emitters.push(Box::new(lamp));
+    d.scene = lit_scene(false, vec![diffuse()], vec![Box::new(lamp)]);
     let expected = "0 of 1 surfaces have materials that depend on the place, and 1 lights do";
     assert_eq!(reason(&d, Feature::Textures), modelled(expected));
     assert_eq!(reason(&d, Feature::TextureCoordinates), modelled("lights read them"));
@@ -181,7 +189,7 @@ fn layers_are_named() {
     let mut d = description();
     let layer = |name: &str, kind| AovLayer { name: name.to_owned(), kind };
     let layers = vec![layer("z", AovKind::Depth), layer("st", AovKind::Uv)];
-    d.integrator = IntegratorSettings::Aov { layers, picture: None };
+    d.integrator = IntegratorSettings::Aov(AovSettings { layers, picture: None });
     assert_eq!(reason(&d, Feature::Layers), modelled("z, st"));
     assert_eq!(reason(&d, Feature::TextureCoordinates), modelled("a layer shows them"));
     let expected = skipped("layers alone are asked for");

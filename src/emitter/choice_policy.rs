@@ -1,0 +1,32 @@
+//! How the emitter that a shadow ray goes to is picked: the ways, by name.
+
+use crate::property::named::names;
+use crate::property::{Default, Kind, Named, PropertyInfo, property};
+
+/// How one emitter is picked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChoicePolicy {
+    /// All alike.
+    Uniform,
+    /// In proportion to emitted power, but none a thousand times less often than if all were alike: a dim
+    /// light may be the nearest. The environment, of which no power can be told, half of the time.
+    Power,
+    /// By intensity, distance and orientation, through a [`LightBvh`](super::LightBvh) over the emitters inside the
+    /// scene and over the primitives of those that have many. Each emitter outside, such as an environment, is as
+    /// likely as all of these together.
+    Bvh,
+}
+
+impl Named for ChoicePolicy {
+    const ALL: &'static [(&'static str, Self)] =
+        &[("uniform", Self::Uniform), ("power", Self::Power), ("bvh", Self::Bvh)];
+}
+
+/// The property of integrators that send shadow rays.
+pub(crate) const EMITTER_CHOICE: PropertyInfo = property(
+    "emitter_choice",
+    Kind::Choice(&names::<_, 3>(ChoicePolicy::ALL)),
+    Default::Text(ChoicePolicy::ALL[2].0),
+    "how the emitter that a shadow ray goes to is picked: all alike, by emitted power, or by a light BVH, \
+     which knows of distance and orientation",
+);
