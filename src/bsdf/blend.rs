@@ -1,9 +1,8 @@
 //! Mixtures of two materials.
 
-use glam::{Vec2, Vec3A};
-
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, choose};
-use crate::math::Rgb;
+use super::{Bsdf, Flags, Material, Place, Scattered, choose, is_usable};
+use crate::math::real::{Mask, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::texture::Textured;
 
 /// One material to a fraction, another for the rest.
@@ -31,49 +30,54 @@ impl Blend {
     }
 
     /// The fractions of both.
-    fn weights(&self, place: &Place) -> [f32; 2] {
+    #[inline(always)]
+    fn weights<R: Real>(&self, place: &Place<R>) -> [R; 2] {
         let second = self.weight.at(place.uv).clamp(0.0, 1.0);
-        [1.0 - second, second]
-    }
-
-    /// The value and the density of the mixture for what `weights` say.
-    fn mixed(&self, place: &Place, weights: [f32; 2], wi: Vec3A, wo: Vec3A) -> (Rgb, f32) {
-        let [a, b] = &self.materials;
-        let value = a.eval(place, wi, wo) * weights[0] + b.eval(place, wi, wo) * weights[1];
-        (value, a.pdf(place, wi, wo) * weights[0] + b.pdf(place, wi, wo) * weights[1])
+        [second.one_minus(), second]
     }
 }
 
-impl Bsdf for Blend {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        self.mixed(place, self.weights(place), wi, wo).0
+impl Material for Blend {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let ([first, second], [a, b]) = (self.weights(place), &self.materials);
+        let (a, b) = (a.evaluate(place, wi, wo), b.evaluate(place, wi, wo));
+        (a.0 * first + b.0 * second, a.1 * first + b.1 * second)
     }
 
-    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        self.mixed(place, self.weights(place), wi, wo).1
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
         let weights = self.weights(place);
-        let (second, rest) = choose(weights[1], u.x);
-        let chosen = usize::from(second);
-        let sample = self.materials[chosen].sample(place, wi, Vec2::new(rest, u.y))?;
-        if sample.lobe != Lobe::Smooth {
-            return Some(BsdfSample { pdf: sample.pdf * weights[chosen], ..sample });
-        }
-        // Both may send light there.
-        let (value, pdf) = self.mixed(place, weights, wi, sample.wo);
-        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample { weight: value / pdf, pdf, ..sample })
+        let (is_second, rest) = choose(weights[1], u.x);
+        let (u, [a, b]) = (Vec2::new(rest, u.y), &self.materials);
+        let sample = is_second.either(
+            #[inline(always)]
+            || b.scatter(place, wi, u),
+            #[inline(always)]
+            || a.scatter(place, wi, u),
+        );
+        let probability = sample.pdf * R::select(is_second, weights[1], weights[0]);
+        (sample.is_delta | !sample.exists).either(
+            #[inline(always)]
+            || Scattered { pdf: probability, ..sample },
+            #[inline(always)]
+            || {
+                // Both may send light there.
+                let (value, pdf) = self.evaluate(place, wi, sample.wo);
+                let exists = sample.exists & is_usable(pdf);
+                Scattered { exists, weight: value / pdf, pdf, ..sample }
+            },
+        )
     }
 
     fn flags(&self) -> Flags {
         self.flags
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
-        let weights = self.weights(place);
-        let [a, b] = &self.materials;
-        a.albedo(place, wi) * weights[0] + b.albedo(place, wi) * weights[1]
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
+        let [first, second] = self.weights(place);
+        let [a, b] = self.materials.each_ref().map(|m| Vec3::from(m.albedo(place, wi.into())));
+        a * first + b * second
     }
 
     fn interface(&self) -> Option<f32> {

@@ -1,9 +1,9 @@
 //! Smooth metals and ideal mirrors.
 
-use glam::{Vec2, Vec3A};
-
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, fresnel};
+use super::{Flags, Material, Place, Scattered, fresnel, mirrored};
 use crate::math::Rgb;
+use crate::math::real::{Lanes, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::texture::Textured;
 
 /// Specular reflection with the Fresnel reflectance of a metal; one-sided.
@@ -40,11 +40,20 @@ impl Metal {
     }
 
     /// The reflected fraction at the cosine `cos` > 0.
-    pub(super) fn reflectance(&self, place: &Place, cos: f32) -> Rgb {
-        let fresnel = self.index.as_ref().map_or(Rgb::ONE, |(eta, k)| {
-            fresnel::conductor(cos, eta.at(place.uv).into(), k.at(place.uv).into())
-        });
-        fresnel * Rgb::from(self.specular_reflectance.at(place.uv))
+    #[inline(always)]
+    pub(super) fn reflectance<R: Real>(&self, place: &Place<R>, cos: R) -> Vec3<R> {
+        let scale = self.specular_reflectance.at(place.uv);
+        match &self.index {
+            Some((eta, k)) => {
+                fresnel::conductor(cos, eta.at(place.uv), k.at(place.uv)).times(scale)
+            }
+            None => scale,
+        }
+    }
+
+    /// As [`Bsdf::albedo`](super::Bsdf::albedo) of a surface that is smooth or counts as smooth.
+    pub(super) fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
+        self.reflectance(place, wi.z).only_where(wi.z > 0.0)
     }
 
     /// Those of a material with this metal.
@@ -71,31 +80,19 @@ impl Conductor {
     }
 }
 
-impl Bsdf for Conductor {
-    fn eval(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> Rgb {
-        Rgb::ZERO
-    }
-
-    fn pdf(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> f32 {
-        0.0
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, _u: Vec2) -> Option<BsdfSample> {
-        (wi.z > 0.0).then(|| BsdfSample {
-            wo: Vec3A::new(-wi.x, -wi.y, wi.z),
-            weight: self.albedo(place, wi),
-            pdf: 1.0,
-            lobe: Lobe::Delta,
-            eta: 1.0,
-        })
+impl Material for Conductor {
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, _u: Vec2<R>) -> Scattered<R> {
+        let (weight, one) = (self.metal.reflectance(place, wi.z), R::splat(wi.token(), 1.0));
+        Scattered::delta(wi.z.gt(0.0), mirrored(wi), weight, one)
     }
 
     fn flags(&self) -> Flags {
         self.metal.flags(Flags::DELTA)
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
-        if wi.z > 0.0 { self.metal.reflectance(place, wi.z) } else { Rgb::ZERO }
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
+        self.metal.albedo(place, wi)
     }
 
     fn interface(&self) -> Option<f32> {

@@ -1,9 +1,9 @@
 //! Smooth glass.
 
-use glam::{Vec2, Vec3A};
-
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, fresnel};
+use super::{Flags, Material, Place, Scattered, fresnel, mirrored};
 use crate::math::Rgb;
+use crate::math::real::{Lanes, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::texture::Textured;
 
 /// Specular reflection and refraction at the interface of two dielectrics.
@@ -34,10 +34,20 @@ impl Factors {
         flags.textured(&self.reflectance).textured(&self.transmittance)
     }
 
+    /// The weight of light that is reflected where `reflects` is set, and elsewhere refracted into the index `eta`
+    /// times that of where it comes from.
+    #[inline(always)]
+    pub(super) fn at<R: Real>(&self, place: &Place<R>, reflects: R::Mask, eta: R) -> Vec3<R> {
+        let (reflected, transmitted) =
+            (self.reflectance.at(place.uv), self.transmittance.at(place.uv));
+        // Radiance is squeezed into a smaller cone on the denser side (Veach 1997, section 5.2).
+        Vec3::select(reflects, reflected, transmitted / (eta * eta))
+    }
+
     /// What is scattered where the fraction `reflected` is reflected and the rest transmitted.
-    pub(super) fn albedo(&self, place: &Place, reflected: f32) -> Rgb {
-        Rgb::from(self.reflectance.at(place.uv)) * reflected
-            + Rgb::from(self.transmittance.at(place.uv)) * (1.0 - reflected)
+    pub(super) fn albedo(&self, place: &Place, reflected: f32) -> Vec3 {
+        self.reflectance.at(place.uv) * reflected
+            + self.transmittance.at(place.uv) * (1.0 - reflected)
     }
 }
 
@@ -58,47 +68,28 @@ impl Dielectric {
     }
 }
 
-impl Bsdf for Dielectric {
-    fn eval(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> Rgb {
-        Rgb::ZERO
-    }
-
-    fn pdf(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> f32 {
-        0.0
-    }
-
+impl Material for Dielectric {
     /// Chooses between the two in proportion to what they carry, so that the Fresnel term leaves the
     /// weight.
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
-        if wi.z == 0.0 {
-            return None;
-        }
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
         let f = fresnel::dielectric(wi.z, self.eta);
-        if u.x < f.reflectance {
-            return Some(BsdfSample {
-                wo: Vec3A::new(-wi.x, -wi.y, wi.z),
-                weight: self.factors.reflectance.at(place.uv).into(),
-                pdf: f.reflectance,
-                lobe: Lobe::Delta,
-                eta: 1.0,
-            });
-        }
-        let wo = Vec3A::new(-wi.x / f.eta, -wi.y / f.eta, f.cos_t).try_normalize()?;
-        Some(BsdfSample {
-            wo,
-            // Radiance is squeezed into a smaller cone on the denser side (Veach 1997, section 5.2).
-            weight: Rgb::from(self.factors.transmittance.at(place.uv)) / (f.eta * f.eta),
-            pdf: 1.0 - f.reflectance,
-            lobe: Lobe::Delta,
-            eta: f.eta,
-        })
+        let reflects = u.x.lt(f.reflectance);
+        let refracted = Vec3::new(-wi.x / f.eta, -wi.y / f.eta, f.cos_t);
+        let (refracted, refracts) = refracted.try_normalize();
+        let exists = (reflects | refracts) & !wi.z.eq(0.0);
+        let wo = Vec3::select(reflects, mirrored(wi), refracted);
+        let weight = self.factors.at(place, reflects, f.eta);
+        let probability = R::select(reflects, f.reflectance, f.reflectance.one_minus());
+        let eta = R::select(reflects, 1.0, f.eta);
+        Scattered { eta, ..Scattered::delta(exists, wo, weight, probability) }
     }
 
     fn flags(&self) -> Flags {
         self.factors.flags(Flags::DELTA.transmitting())
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
         let reflected = fresnel::dielectric(wi.z, self.eta).reflectance;
         self.factors.albedo(place, reflected)
     }

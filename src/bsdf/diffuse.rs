@@ -1,7 +1,5 @@
 //! Ideal diffuse reflection.
 
-use std::f32::consts::FRAC_1_PI;
-
 use super::{Flags, Material, Place, Scattered};
 use crate::math::real::Real;
 use crate::math::vector::{Vec2, Vec3};
@@ -24,14 +22,10 @@ impl Diffuse {
 
 impl Material for Diffuse {
     #[inline(always)]
-    fn eval<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> Vec3<R> {
-        let above = wi.z.gt(0.0) & wo.z.gt(0.0);
-        self.reflectance.at(place.uv) * R::select(above, wo.z * FRAC_1_PI, 0.0)
-    }
-
-    #[inline(always)]
-    fn pdf<R: Real>(&self, _place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> R {
-        R::select(wi.z.gt(0.0), warp::square_to_cosine_hemisphere_pdf(wo), 0.0)
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let pdf = R::select(wi.z.gt(0.0), warp::square_to_cosine_hemisphere_pdf(wo), 0.0);
+        // The cosine and 1/π are the density's too.
+        (self.reflectance.at(place.uv) * pdf, pdf)
     }
 
     #[inline(always)]

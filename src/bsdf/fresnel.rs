@@ -1,18 +1,19 @@
 //! Fresnel reflectance for unpolarised light at a smooth interface.
 
-use crate::math::Rgb;
+use crate::math::real::{Double, Float, Lanes, Lift, Real};
 use crate::math::special::gauss_legendre;
+use crate::math::vector::Vec3;
 
-/// What a dielectric interface does to light.
+/// What a dielectric interface does to light, in each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DielectricFresnel {
+pub struct DielectricFresnel<R = f32> {
     /// Reflected fraction of the power.
-    pub reflectance: f32,
+    pub reflectance: R,
     /// Cosine of the refracted direction, on the other side from `cos_i`: negative where that is
     /// positive. 0 at total internal reflection.
-    pub cos_t: f32,
+    pub cos_t: R,
     /// Index of the side of the refracted direction over that of the incident one.
-    pub eta: f32,
+    pub eta: R,
 }
 
 /// Reflection and refraction at an interface whose index on the side of −z over that on the side of
@@ -20,28 +21,24 @@ pub struct DielectricFresnel {
 ///
 /// Born and Wolf, *Principles of Optics*, section 1.5.2; Snell's law in f64, because sin² of the
 /// refracted angle is rounded to either side of 1 near total reflection.
+#[inline(always)]
 #[must_use]
-pub fn dielectric(cos_i: f32, eta: f32) -> DielectricFresnel {
-    let eta_it = if cos_i >= 0.0 { f64::from(eta) } else { 1.0 / f64::from(eta) };
-    let cos_i_abs = f64::from(cos_i.abs()).min(1.0);
-    let cos_t_squared = 1.0 - (1.0 - cos_i_abs * cos_i_abs) / (eta_it * eta_it);
-    if cos_t_squared <= 0.0 {
-        return DielectricFresnel { reflectance: 1.0, cos_t: 0.0, eta: eta_it as f32 };
-    }
+pub fn dielectric<R: Real>(cos_i: R, eta: impl Lift<R>) -> DielectricFresnel<R> {
+    let (above, eta) = (cos_i.ge(0.0), eta.lift(cos_i.token()).widen());
+    let one = R::Double::splat(cos_i.token(), 1.0);
+    let eta_it = R::Double::select(above, eta, one / eta);
+    let cos_i = cos_i.abs().min(1.0).widen();
+    let cos_t_squared = one - (one - cos_i * cos_i) / (eta_it * eta_it);
+    let total = cos_t_squared.le(0.0);
     let cos_t = cos_t_squared.sqrt();
+    let s = (cos_i - eta_it * cos_t) / (cos_i + eta_it * cos_t);
+    let p = (eta_it * cos_i - cos_t) / (eta_it * cos_i + cos_t);
     // With eta 1 both differences are 0 but for the rounding of cos_t.
-    let reflectance = if eta_it == 1.0 {
-        0.0
-    } else {
-        let s = (cos_i_abs - eta_it * cos_t) / (cos_i_abs + eta_it * cos_t);
-        let p = (eta_it * cos_i_abs - cos_t) / (eta_it * cos_i_abs + cos_t);
-        0.5 * (s * s + p * p)
-    };
-    let side = if cos_i >= 0.0 { -1.0 } else { 1.0 };
+    let partial = R::Double::select(eta_it.eq(1.0), 0.0, (s * s + p * p) * 0.5);
     DielectricFresnel {
-        reflectance: reflectance as f32,
-        cos_t: (side * cos_t) as f32,
-        eta: eta_it as f32,
+        reflectance: R::select(total, 1.0, partial.narrow()),
+        cos_t: R::select(total, 0.0, R::Double::select(above, -cos_t, cos_t).narrow()),
+        eta: eta_it.narrow(),
     }
 }
 
@@ -71,31 +68,44 @@ pub fn dielectric_mean_transmittance(eta: f32) -> f32 {
 /// cosine `cos_i` ≥ 0.
 ///
 /// The exact equations for unpolarised light as in Lagarde, "Memo on Fresnel equations" (2013).
+#[inline(always)]
 #[must_use]
-pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
+pub fn conductor<R: Real>(cos_i: R, eta: Vec3<R>, k: Vec3<R>) -> Vec3<R> {
     // In f64, where the square of the flattest cosine is not 0.
-    let cos = f64::from(cos_i.clamp(0.0, 1.0));
-    let (cos2, sin2) = (cos * cos, 1.0 - cos * cos);
-    let channel = |eta: f32, k: f32| {
-        let (eta, k) = (f64::from(eta), f64::from(k));
-        let t0 = eta * eta - k * k - sin2;
-        let a2_plus_b2 = (t0 * t0 + 4.0 * eta * eta * k * k).sqrt();
-        let a = (0.5 * (a2_plus_b2 + t0)).max(0.0).sqrt();
-        let t1 = a2_plus_b2 + cos2;
-        let t2 = 2.0 * cos * a;
-        let r_s = (t1 - t2) / (t1 + t2);
-        let t3 = cos2 * a2_plus_b2 + sin2 * sin2;
-        let t4 = t2 * sin2;
-        // Both are 0 for an index of 0 seen straight on, where the two polarisations are one.
-        let r_p = if t3 + t4 > 0.0 { r_s * (t3 - t4) / (t3 + t4) } else { r_s };
-        (0.5 * (r_s + r_p)) as f32
-    };
-    Rgb::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
+    let cos = cos_i.clamp(0.0, 1.0).widen();
+    let cos2 = cos * cos;
+    let sin2 = R::Double::splat(cos_i.token(), 1.0) - cos2;
+    let (eta, k, angle) = (eta.widen(), k.widen(), [cos, cos2, sin2]);
+    let x = conductor_channel(angle, eta.x, k.x);
+    let y = conductor_channel(angle, eta.y, k.y);
+    let z = conductor_channel(angle, eta.z, k.z);
+    Vec3::new(x, y, z).narrow()
+}
+
+/// One channel of [`conductor`] for the cosine, its square and that of the sine.
+#[inline(always)]
+fn conductor_channel<D: Double>([cos, cos2, sin2]: [D; 3], eta: D, k: D) -> D {
+    let t0 = eta * eta - k * k - sin2;
+    let a2_plus_b2 = (t0 * t0 + eta * eta * k * k * 4.0).sqrt();
+    let a2 = (a2_plus_b2 + t0) * 0.5;
+    let a = D::select(a2.gt(0.0), a2, 0.0).sqrt();
+    let t1 = a2_plus_b2 + cos2;
+    let t2 = cos * a * 2.0;
+    let r_s = (t1 - t2) / (t1 + t2);
+    let t3 = cos2 * a2_plus_b2 + sin2 * sin2;
+    let t4 = t2 * sin2;
+    // Both are 0 for an index of 0 seen straight on, where the two polarisations are one.
+    let r_p = D::select((t3 + t4).gt(0.0), r_s * (t3 - t4) / (t3 + t4), r_s);
+    (r_s + r_p) * 0.5
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn grey(value: f32) -> Vec3 {
+        Vec3::new(value, value, value)
+    }
 
     /// 2∫F(μ)μ dμ has a closed form for dielectrics (Walsh 1926); the values to six digits.
     #[test]
@@ -154,19 +164,19 @@ mod tests {
         for eta in indices {
             for k in indices {
                 for cos in [1.0, 0.999_999_94, 0.5, 1e-6, 1e-20, f32::MIN_POSITIVE] {
-                    let r = conductor(cos, Rgb::splat(eta), Rgb::splat(k)).x;
+                    let r = conductor(cos, grey(eta), grey(k)).x;
                     assert!((0.0..=1.0 + f32::EPSILON).contains(&r), "{eta} + {k}i at {cos}: {r}");
                 }
             }
         }
-        assert_eq!(conductor(1.0, Rgb::ZERO, Rgb::ZERO), Rgb::ONE);
+        assert_eq!(conductor(1.0, grey(0.0), grey(0.0)), grey(1.0));
     }
 
     /// Without absorption a conductor is a dielectric.
     #[test]
     fn conductor_without_absorption_is_a_dielectric() {
         for cos in [1.0, 0.7, 0.2, 0.01] {
-            let c = conductor(cos, Rgb::splat(1.5), Rgb::ZERO).x;
+            let c = conductor(cos, grey(1.5), grey(0.0)).x;
             let d = dielectric(cos, 1.5).reflectance;
             assert!((c - d).abs() < 1e-6, "{cos}: {c} {d}");
         }

@@ -1,10 +1,9 @@
 //! Surfaces with holes.
 
-use glam::{Vec2, Vec3A};
-
 use super::null::pass;
-use super::{Bsdf, BsdfSample, Flags, Place, choose};
-use crate::math::Rgb;
+use super::{Bsdf, Flags, Material, Place, Scattered, choose};
+use crate::math::real::{Lanes, Mask as _, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::texture::Textured;
 
 /// A material that is there to a fraction; the rest of the light goes straight on.
@@ -25,37 +24,43 @@ impl Mask {
         Self { opacity, material, flags }
     }
 
-    fn opacity(&self, place: &Place) -> f32 {
+    #[inline(always)]
+    fn opacity<R: Real>(&self, place: &Place<R>) -> R {
         self.opacity.at(place.uv).clamp(0.0, 1.0)
     }
 }
 
-impl Bsdf for Mask {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        self.material.eval(place, wi, wo) * self.opacity(place)
+impl Material for Mask {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let opacity = self.opacity(place);
+        let (value, pdf) = self.material.evaluate(place, wi, wo);
+        (value * opacity, pdf * opacity)
     }
 
-    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        self.material.pdf(place, wi, wo) * self.opacity(place)
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
         let opacity = self.opacity(place);
         let (opaque, rest) = choose(opacity, u.x);
-        if !opaque {
-            return Some(pass(wi, 1.0 - opacity));
-        }
-        let sample = self.material.sample(place, wi, Vec2::new(rest, u.y))?;
-        Some(BsdfSample { pdf: sample.pdf * opacity, ..sample })
+        let one = R::splat(wi.token(), 1.0);
+        opaque.either(
+            #[inline(always)]
+            || {
+                let sample = self.material.scatter(place, wi, Vec2::new(rest, u.y));
+                Scattered { pdf: sample.pdf * opacity, ..sample }
+            },
+            #[inline(always)]
+            || pass(wi, Vec3::new(one, one, one), opacity.one_minus()),
+        )
     }
 
     fn flags(&self) -> Flags {
         self.flags
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
         let opacity = self.opacity(place);
-        self.material.albedo(place, wi) * opacity + Rgb::splat(1.0 - opacity)
+        Vec3::from(self.material.albedo(place, wi.into())).map(|a| a * opacity + (1.0 - opacity))
     }
 
     fn interface(&self) -> Option<f32> {

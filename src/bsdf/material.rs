@@ -6,18 +6,18 @@ use glam::{Vec2 as GlamVec2, Vec3A};
 
 use super::{Bsdf, BsdfSample, Flags, Lobe, Place};
 use crate::math::Rgb;
-use crate::math::real::{Lanes, Level, Mask, Real, Rows, Simd, Task, f32x8};
+use crate::math::real::{Lanes, Level, Mask, Real, Rows, Select, Simd, Task, f32x8};
 use crate::math::vector::{Vec2, Vec3};
 
 /// A [`Bsdf`] that is written once for one path and for eight.
 ///
 /// All is as [`Bsdf`] says, in each lane. What follows from it is done here: a type that implements this is a [`Bsdf`].
 pub trait Material: Debug + Send + Sync {
-    /// See [`Bsdf::eval`].
-    fn eval<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> Vec3<R>;
-
-    /// See [`Bsdf::pdf`].
-    fn pdf<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> R;
+    /// [`Bsdf::eval`] and [`Bsdf::pdf`]. Unless said otherwise, those of a material that has delta lobes alone: 0.
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, _place: &Place<R>, wi: Vec3<R>, _wo: Vec3<R>) -> (Vec3<R>, R) {
+        (Vec3::splat(wi.token(), Vec3::default()), R::splat(wi.token(), 0.0))
+    }
 
     /// See [`Bsdf::sample`].
     fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R>;
@@ -63,6 +63,19 @@ impl<R: Real> Scattered<R> {
         Self { exists, wo, weight, pdf, is_delta: none, is_null: none, eta }
     }
 
+    /// Of a delta lobe that this is the discrete probability of, on the side of `wi`.
+    #[inline(always)]
+    pub fn delta(exists: R::Mask, wo: Vec3<R>, weight: Vec3<R>, probability: R) -> Self {
+        let is_delta = R::Mask::from_bits(exists.token(), u32::MAX);
+        Self { is_delta, ..Self::smooth(exists, wo, weight, probability) }
+    }
+
+    /// Those of the lanes where the mask is set.
+    #[inline(always)]
+    pub fn only_where(self, mask: R::Mask) -> Self {
+        Self { exists: self.exists & mask, ..self }
+    }
+
     /// That of a lane, if there is one.
     #[inline(always)]
     fn lane(&self, i: usize) -> Option<BsdfSample> {
@@ -78,6 +91,23 @@ impl<R: Real> Scattered<R> {
             lobe,
             eta: self.eta.lane(i),
         })
+    }
+}
+
+impl<R: Real> Select for Scattered<R> {
+    type Mask = R::Mask;
+
+    #[inline(always)]
+    fn selected(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            exists: (mask & yes.exists) | (!mask & no.exists),
+            wo: Vec3::select(mask, yes.wo, no.wo),
+            weight: Vec3::select(mask, yes.weight, no.weight),
+            pdf: R::select(mask, yes.pdf, no.pdf),
+            is_delta: (mask & yes.is_delta) | (!mask & no.is_delta),
+            is_null: (mask & yes.is_null) | (!mask & no.is_null),
+            eta: R::select(mask, yes.eta, no.eta),
+        }
     }
 }
 
@@ -105,8 +135,7 @@ impl dyn Bsdf + '_ {
         let token = wi.token();
         if R::LANES == 1 {
             let (place, wi, wo) = (place.lane(0), wi.lane(0).into(), wo.lane(0).into());
-            let value = self.eval(&place, wi, wo);
-            let pdf = self.pdf(&place, wi, wo);
+            let (value, pdf) = self.eval_with_pdf(&place, wi, wo);
             return (Vec3::splat(token, value.into()), R::splat(token, pdf));
         }
         let mut input = EvalRows::ZERO;
@@ -181,8 +210,8 @@ pub(super) fn eval_lane_by_lane(
         let [a, b, c, d, e, f, g, h, i, j, k, x, y, z, u, v, w] = input.lane(lane);
         let place = Place::from([a, b, c, d, e, f, g, h, i, j, k]);
         let (wi, wo) = (Vec3A::new(x, y, z), Vec3A::new(u, v, w));
-        let [r, g, b] = bsdf.eval(&place, wi, wo).to_array();
-        output.set_lane(lane, [r, g, b, bsdf.pdf(&place, wi, wo)]);
+        let (value, pdf) = bsdf.eval_with_pdf(&place, wi, wo);
+        output.set_lane(lane, [value.x, value.y, value.z, pdf]);
     }
 }
 
@@ -208,11 +237,16 @@ pub(super) fn sample_lane_by_lane(
 
 impl<M: Material> Bsdf for M {
     fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        Material::eval::<f32>(self, place, wi.into(), wo.into()).into()
+        self.evaluate::<f32>(place, wi.into(), wo.into()).0.into()
     }
 
     fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        Material::pdf::<f32>(self, place, wi.into(), wo.into())
+        self.evaluate::<f32>(place, wi.into(), wo.into()).1
+    }
+
+    fn eval_with_pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> (Rgb, f32) {
+        let (value, pdf) = self.evaluate::<f32>(place, wi.into(), wo.into());
+        (value.into(), pdf)
     }
 
     fn sample(&self, place: &Place, wi: Vec3A, u: GlamVec2) -> Option<BsdfSample> {
@@ -259,8 +293,8 @@ impl<M: Material> Task for Eval<'_, M> {
         let [a, b, c, d, e, f, g, h, i, j, k, x, y, z, u, v, w] = self.input.load::<f32x8<S>>(simd);
         let place = Place::from([a, b, c, d, e, f, g, h, i, j, k]);
         let (wi, wo) = (Vec3::new(x, y, z), Vec3::new(u, v, w));
-        let Vec3 { x, y, z } = self.material.eval(&place, wi, wo);
-        self.output.store([x, y, z, self.material.pdf(&place, wi, wo)]);
+        let (Vec3 { x, y, z }, pdf) = self.material.evaluate(&place, wi, wo);
+        self.output.store([x, y, z, pdf]);
     }
 }
 

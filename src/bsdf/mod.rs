@@ -6,7 +6,9 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3A};
 
 use self::material::{EvalRows, SampleBits, SampleRows, ScatteredRows};
-use crate::math::real::{Level, Rows};
+use crate::math::discrete::ONE_MINUS_ULP;
+use crate::math::real::{Level, Real, Rows};
+use crate::math::vector::Vec3;
 use crate::math::{Rgb, type_word};
 use crate::texture::Textured;
 
@@ -58,6 +60,11 @@ pub trait Bsdf: Debug + Send + Sync {
     /// over all `wo` to the probability that `sample` returns a direction of a non-delta lobe.
     fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32;
 
+    /// [`Bsdf::eval`] and [`Bsdf::pdf`], together where that is cheaper.
+    fn eval_with_pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> (Rgb, f32) {
+        (self.eval(place, wi, wo), self.pdf(place, wi, wo))
+    }
+
     /// A direction for the path to go on, chosen by `u` in `[0, 1)²`. `None` where the surface
     /// absorbs, or cannot be seen from `wi`.
     fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample>;
@@ -106,6 +113,10 @@ impl Bsdf for Arc<dyn Bsdf> {
 
     fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
         self.as_ref().pdf(place, wi, wo)
+    }
+
+    fn eval_with_pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> (Rgb, f32) {
+        self.as_ref().eval_with_pdf(place, wi, wo)
     }
 
     fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
@@ -228,18 +239,29 @@ impl Lobe {
     }
 }
 
-/// `wi` reflected by a mirror with the unit normal `m`. `None` where rounding leaves nothing.
-pub(crate) fn reflect(wi: Vec3A, m: Vec3A) -> Option<Vec3A> {
-    (m * (2.0 * wi.dot(m)) - wi).try_normalize()
+/// `wi` reflected by the surface.
+#[inline(always)]
+fn mirrored<R: Real>(wi: Vec3<R>) -> Vec3<R> {
+    Vec3::new(-wi.x, -wi.y, wi.z)
+}
+
+/// `wi` reflected by a mirror with the unit normal `m`, of length 1 but for rounding.
+#[inline(always)]
+fn reflect<R: Real>(wi: Vec3<R>, m: Vec3<R>) -> Vec3<R> {
+    m * (wi.dot(m) * 2.0) - wi
 }
 
 /// Chooses the first of two lobes with probability `p`: whether it is the first, and a number in `[0, 1)`
 /// that is independent of the choice.
-pub(crate) fn choose(p: f32, u: f32) -> (bool, f32) {
-    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
-    if u < p {
-        (true, (u / p).min(BELOW_ONE))
-    } else {
-        (false, ((u - p) / (1.0 - p)).min(BELOW_ONE))
-    }
+#[inline(always)]
+fn choose<R: Real>(p: R, u: R) -> (R::Mask, R) {
+    let first = u.lt(p);
+    let rest = R::select(first, u / p, (u - p) / p.one_minus());
+    (first, rest.min(ONE_MINUS_ULP))
+}
+
+/// Whether a path can go on with a sample of this density: whether it is finite and above 0.
+#[inline(always)]
+fn is_usable<R: Real>(pdf: R) -> R::Mask {
+    pdf.gt(0.0) & pdf.lt(f32::INFINITY)
 }

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3A};
-
-use super::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
-use crate::math::vector::Vec3;
+use super::{Bsdf, Flags, Material, Needs, Place, Scattered, shading_normal};
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Frame, Rgb};
 use crate::texture::{Texture, Textured};
 
@@ -57,90 +56,94 @@ impl Perturbed {
     }
 
     /// The frame around the turned normal, in coordinates of the local frame.
-    fn frame(&self, place: &Place, wi: Vec3A) -> Frame {
+    #[inline(always)]
+    fn frame<R: Real>(&self, place: &Place<R>, wi: Vec3<R>) -> Frame<R> {
+        let (zero, one) = (R::splat(wi.token(), 0.0), R::splat(wi.token(), 1.0));
+        let (x, z) = (Vec3::new(one, zero, zero), Vec3::new(zero, zero, one));
         let mut n = match &self.normals {
-            Normals::Map(texture) => Vec3A::from(texture.at(place.uv)) * 2.0 - 1.0,
+            Normals::Map(texture) => texture.at(place.uv).map(|color| color * 2.0 - 1.0),
             Normals::Bump { height, scale } => {
-                let slope = height.gradient(place.uv.into()) * *scale;
-                let flat = |d: Vec3, rise: f32| Vec3A::new(d.x, d.y, rise);
+                let slope = height.slope(place.uv) * *scale;
+                let flat = |d: Vec3<R>, rise: R| d.truncate().extend(rise);
                 let n = flat(place.dp_du, slope.x).cross(flat(place.dp_dv, slope.y));
-                if n.dot(place.geometric_normal.into()) < 0.0 { -n } else { n }
+                Vec3::select(n.dot(place.geometric_normal).lt(0.0), -n, n)
             }
         };
-        if self.options.flip_invalid_normals && wi.z * wi.dot(n) <= 0.0 {
-            n = Vec3A::new(-n.x, -n.y, n.z);
+        if self.options.flip_invalid_normals {
+            let from_behind = (wi.z * wi.dot(n)).le(0.0);
+            n = Vec3::select(from_behind, Vec3::new(-n.x, -n.y, n.z), n);
         }
         // A black map, or slopes beyond what an f32 can hold, turn nothing.
-        let mut n = n.try_normalize().unwrap_or(Vec3A::Z);
+        let (unit, exists) = n.try_normalize();
+        let mut n = Vec3::select(exists, unit, z);
         if self.options.flip_invalid_normals && self.interface.is_some() {
-            n = shading_normal::bend(n, Vec3A::Z, wi, self.interface);
+            n = shading_normal::bend(n, z, wi, self.interface);
         }
-        Frame::from_normal_and_tangent(n.into(), Vec3A::X.into())
+        Frame::from_normal_and_tangent(n, x)
     }
 
     /// The factor for light that leaves towards `wo` where the normal is `n`.
-    fn shadowing(&self, n: Vec3A, wo: Vec3A) -> f32 {
+    #[inline(always)]
+    fn shadowing<R: Real>(&self, n: Vec3<R>, wo: Vec3<R>) -> R {
         if !self.options.use_shadowing_function {
-            return 1.0;
+            return R::splat(wo.token(), 1.0);
         }
         // The roughness of a GGX surface whose normals deviate as this one does, and its masking.
-        let across = |v: Vec3A| v.truncate().length_squared();
-        let alpha2 = (0.125 * across(n) / (n.z * n.z)).min(1.0);
+        let across = |v: Vec3<R>| v.truncate().length_squared();
+        let alpha2 = (across(n) * 0.125 / (n.z * n.z)).min(1.0);
         let z = wo.z.abs();
-        2.0 * z / (z + (z * z + alpha2 * across(wo)).sqrt())
-    }
-
-    /// A direction in the turned frame, if both frames have it on the same side: the turned surface can send
-    /// no light through the other one.
-    fn turned(frame: &Frame, w: Vec3A) -> Option<Vec3A> {
-        let turned = Vec3A::from(frame.to_local(w.into()));
-        (turned.z * w.z > 0.0).then_some(turned)
-    }
-
-    /// Both directions in the frame of the turned normal.
-    fn both_turned(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Option<(Frame, Vec3A, Vec3A)> {
-        let frame = self.frame(place, wi);
-        let (wi, wo) = (Self::turned(&frame, wi)?, Self::turned(&frame, wo)?);
-        Some((frame, wi, wo))
+        z * 2.0 / (z + (z * z + alpha2 * across(wo)).sqrt())
     }
 }
 
-impl Bsdf for Perturbed {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        self.both_turned(place, wi, wo).map_or(Rgb::ZERO, |(frame, turned_wi, turned_wo)| {
-            let value = self.material.eval(&place.in_frame(&frame), turned_wi, turned_wo);
-            value * self.shadowing(frame.n.into(), wo)
-        })
-    }
+/// A direction in the turned frame, and whether both frames have it on the same side: the turned surface can send
+/// no light through the other one.
+#[inline(always)]
+fn turned<R: Real>(frame: &Frame<R>, w: Vec3<R>) -> (Vec3<R>, R::Mask) {
+    let turned = frame.to_local(w);
+    (turned, (turned.z * w.z).gt(0.0))
+}
 
-    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        self.both_turned(place, wi, wo).map_or(0.0, |(frame, turned_wi, turned_wo)| {
-            self.material.pdf(&place.in_frame(&frame), turned_wi, turned_wo)
-        })
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+impl Material for Perturbed {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
         let frame = self.frame(place, wi);
-        let (inner, turned_wi) = (place.in_frame(&frame), Self::turned(&frame, wi)?);
-        let sample = self.material.sample(&inner, turned_wi, u)?;
-        let wo = Vec3A::from(frame.to_world(sample.wo.into())).try_normalize()?;
-        let turned_wo = Self::turned(&frame, wo)?;
-        if sample.lobe.is_delta() {
-            return Some(BsdfSample { wo, ..sample });
-        }
-        let weight = sample.weight * self.shadowing(frame.n.into(), wo);
-        // Of the rounded direction, as `pdf` will find it.
-        let pdf = self.material.pdf(&inner, turned_wi, turned_wo);
-        (pdf > 0.0).then_some(BsdfSample { wo, weight, pdf, ..sample })
+        let ((turned_wi, sees), (turned_wo, leaves)) = (turned(&frame, wi), turned(&frame, wo));
+        let inner = place.in_frame(&frame);
+        let (value, pdf) = self.material.evaluate(&inner, turned_wi, turned_wo);
+        let value = value * self.shadowing(frame.n, wo);
+        (value.only_where(sees & leaves), R::select(sees & leaves, pdf, 0.0))
+    }
+
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
+        let frame = self.frame(place, wi);
+        let (inner, (turned_wi, sees)) = (place.in_frame(&frame), turned(&frame, wi));
+        let sample = self.material.scatter(&inner, turned_wi, u);
+        let (wo, has_direction) = frame.to_world(sample.wo).try_normalize();
+        let (turned_wo, leaves) = turned(&frame, wo);
+        let exists = sample.exists & has_direction & sees & leaves;
+        let sample = Scattered { exists, wo, ..sample };
+        (sample.is_delta | !exists).either(
+            #[inline(always)]
+            || sample,
+            #[inline(always)]
+            || {
+                let weight = sample.weight * self.shadowing(frame.n, wo);
+                // Of the rounded direction, as `evaluate` will find it.
+                let (_, pdf) = self.material.evaluate(&inner, turned_wi, turned_wo);
+                Scattered { exists: exists & pdf.gt(0.0), weight, pdf, ..sample }
+            },
+        )
     }
 
     fn flags(&self) -> Flags {
         self.flags
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
         let frame = self.frame(place, wi);
-        self.material.albedo(&place.in_frame(&frame), Vec3A::from(frame.to_local(wi.into())))
+        self.material.albedo(&place.in_frame(&frame), frame.to_local(wi).into()).into()
     }
 
     fn interface(&self) -> Option<f32> {

@@ -2,9 +2,9 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3A};
-
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, choose, fresnel};
+use super::{Flags, Material, Place, Scattered, choose, fresnel, mirrored};
+use crate::math::real::{Lanes, Mask, Real, Select};
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Rgb, warp};
 use crate::texture::Textured;
 
@@ -56,28 +56,33 @@ impl Coat {
     }
 
     /// The colour of what the coat reflects.
-    pub(super) fn specular(&self, place: &Place) -> Rgb {
-        self.specular_reflectance.at(place.uv).into()
+    #[inline(always)]
+    pub(super) fn specular<R: Real>(&self, place: &Place<R>) -> Vec3<R> {
+        self.specular_reflectance.at(place.uv)
     }
 
     /// What leaves the base over what enters through the coat, per solid angle inside, times π: all that is
     /// scattered by the base and thrown back by the coat, which lets `escaping` of it pass each time, in a
     /// geometric series.
-    pub(super) fn diffuse(&self, place: &Place, escaping: f32) -> Rgb {
-        let base = Rgb::from(self.diffuse_reflectance.at(place.uv));
-        // Without 1 − base·(1 − escaping), which is lost for a white base under a mirror.
-        let lost = Rgb::splat(escaping) * if self.nonlinear { base } else { Rgb::ONE };
-        let absorbed = if self.nonlinear { Rgb::ONE - base } else { Rgb::ZERO };
-        base / (absorbed + lost) / (self.eta * self.eta)
+    #[inline(always)]
+    pub(super) fn diffuse<R: Real>(&self, place: &Place<R>, escaping: f32) -> Vec3<R> {
+        let base = self.diffuse_reflectance.at(place.uv);
+        let series = if self.nonlinear {
+            // Without 1 − base·(1 − escaping), which is lost for a white base under a mirror.
+            base.map(|base| base / (base.one_minus() + base * escaping))
+        } else {
+            base / escaping
+        };
+        series / (self.eta * self.eta)
     }
 
     /// The probability of a specular sample where the coat reflects the fraction `reflected`.
-    pub(super) fn specular_probability(&self, reflected: f32) -> f32 {
+    #[inline(always)]
+    pub(super) fn specular_probability<R: Real>(&self, reflected: R) -> R {
         let specular = reflected * self.specular_share;
-        let diffuse = (1.0 - reflected) * (1.0 - self.specular_share);
-        let probability = specular / (specular + diffuse);
+        let diffuse = reflected.one_minus() * (1.0 - self.specular_share);
         // 0/0 where neither lobe has anything.
-        if probability.is_nan() { 0.0 } else { probability }
+        (specular / (specular + diffuse)).max(0.0)
     }
 
     pub(super) fn flags(&self, flags: Flags) -> Flags {
@@ -94,71 +99,54 @@ impl Plastic {
         Self { coat, escaping, entering }
     }
 
-    fn reflected(&self, w: Vec3A) -> f32 {
+    #[inline(always)]
+    fn reflected<R: Real>(&self, w: Vec3<R>) -> R {
         fresnel::dielectric(w.z, self.coat.eta).reflectance
     }
 
     /// π f of the base as seen from `wi`, without what leaves towards `wo`.
-    fn diffuse(&self, place: &Place, reflected: f32) -> Rgb {
-        self.coat.diffuse(place, self.escaping) * (1.0 - reflected)
+    #[inline(always)]
+    fn diffuse<R: Real>(&self, place: &Place<R>, reflected: R) -> Vec3<R> {
+        self.coat.diffuse(place, self.escaping) * reflected.one_minus()
     }
 }
 
-impl Bsdf for Plastic {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        if !(wi.z > 0.0 && wo.z > 0.0) {
-            return Rgb::ZERO;
-        }
-        let diffuse = self.diffuse(place, self.reflected(wi));
-        diffuse * ((1.0 - self.reflected(wo)) * FRAC_1_PI * wo.z)
+impl Material for Plastic {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let above = wi.z.gt(0.0) & wo.z.gt(0.0);
+        let reflected = self.reflected(wi);
+        let leaving = self.reflected(wo).one_minus() * FRAC_1_PI * wo.z;
+        let value = self.diffuse(place, reflected) * leaving;
+        let share = self.coat.specular_probability(reflected).one_minus();
+        let pdf = share * warp::square_to_cosine_hemisphere_pdf(wo);
+        (value.only_where(above), R::select(above, pdf, 0.0))
     }
 
-    fn pdf(&self, _place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        if !(wi.z > 0.0 && wo.z > 0.0) {
-            return 0.0;
-        }
-        let diffuse = 1.0 - self.coat.specular_probability(self.reflected(wi));
-        diffuse * warp::square_to_cosine_hemisphere_pdf(wo.into())
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
-        if wi.z <= 0.0 {
-            return None;
-        }
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
+        let everywhere = R::Mask::from_bits(wi.token(), u32::MAX);
         let reflected = self.reflected(wi);
         let probability = self.coat.specular_probability(reflected);
         let (specular, rest) = choose(probability, u.x);
-        if specular {
-            return Some(BsdfSample {
-                wo: Vec3A::new(-wi.x, -wi.y, wi.z),
-                weight: self.coat.specular(place) * (reflected / probability),
-                pdf: probability,
-                lobe: Lobe::Delta,
-                eta: 1.0,
-            });
-        }
-        let wo = Vec3A::from(warp::square_to_cosine_hemisphere(Vec2::new(rest, u.y).into()));
-        let pdf = self.pdf(place, wi, wo);
-        (pdf > 0.0).then(|| BsdfSample {
-            wo,
-            weight: self.diffuse(place, reflected)
-                * ((1.0 - self.reflected(wo)) / (1.0 - probability)),
-            pdf,
-            lobe: Lobe::Smooth,
-            eta: 1.0,
-        })
+        let weight = self.coat.specular(place) * (reflected / probability);
+        let mirrored = Scattered::delta(everywhere, mirrored(wi), weight, probability);
+        let share = probability.one_minus();
+        let wo = warp::square_to_cosine_hemisphere(Vec2::new(rest, u.y));
+        let pdf = share * warp::square_to_cosine_hemisphere_pdf(wo);
+        let weight = self.diffuse(place, reflected) * (self.reflected(wo).one_minus() / share);
+        let diffuse = Scattered::smooth(pdf.gt(0.0), wo, weight, pdf);
+        Scattered::selected(specular, mirrored, diffuse).only_where(wi.z.gt(0.0))
     }
 
     fn flags(&self) -> Flags {
         self.coat.flags(Flags::SMOOTH.union(Flags::DELTA))
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
-        if wi.z <= 0.0 {
-            return Rgb::ZERO;
-        }
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
         let reflected = self.reflected(wi);
-        self.coat.specular(place) * reflected + self.diffuse(place, reflected) * self.entering
+        let diffuse = self.diffuse(place, reflected) * self.entering;
+        (self.coat.specular(place) * reflected + diffuse).only_where(wi.z > 0.0)
     }
 
     fn interface(&self) -> Option<f32> {

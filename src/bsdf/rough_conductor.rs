@@ -1,11 +1,10 @@
 //! Rough metals.
 
-use glam::{Vec2, Vec3A};
-
 use super::conductor::Metal;
 use super::microfacet::{Microfacets, Roughness};
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, reflect};
-use crate::math::Rgb;
+use super::{Flags, Material, Place, Scattered, is_usable, reflect};
+use crate::math::real::Real;
+use crate::math::vector::{Vec2, Vec3};
 
 /// Reflection by microfacets of metal that hide each other, without light that is reflected twice (Cook and
 /// Torrance 1982; Walter et al. 2007); one-sided.
@@ -24,52 +23,46 @@ impl RoughConductor {
 }
 
 /// Density of directions that are reflected by visible facets with the normal `m`, in sr⁻¹.
-pub(super) fn reflected_pdf(facets: &Microfacets, wi: Vec3A, m: Vec3A) -> f32 {
-    0.25 * facets.visible_pdf_over_cosine(wi, m)
+#[inline(always)]
+pub(super) fn reflected_pdf<R: Real>(facets: &Microfacets<R>, wi: Vec3<R>, m: Vec3<R>) -> R {
+    facets.visible_pdf_over_cosine(wi, m) * 0.25
 }
 
-/// The normal that reflects `wi` to `wo`, both above the surface; `None` unless they are.
-pub(super) fn half_vector(wi: Vec3A, wo: Vec3A) -> Option<Vec3A> {
-    if wi.z > 0.0 && wo.z > 0.0 { (wi + wo).try_normalize() } else { None }
+/// The normal that reflects `wi` to `wo`, and whether there is one: whether both are above the surface.
+#[inline(always)]
+pub(super) fn half_vector<R: Real>(wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R::Mask) {
+    let (m, exists) = (wi + wo).try_normalize();
+    (m, exists & wi.z.gt(0.0) & wo.z.gt(0.0))
 }
 
-impl Bsdf for RoughConductor {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        let Some(m) = half_vector(wi, wo) else { return Rgb::ZERO };
+impl Material for RoughConductor {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let (m, exists) = half_vector(wi, wo);
         let facets = self.roughness.at(place);
-        let value = reflected_pdf(&facets, wi, m) * facets.g1(wo, m);
-        self.metal.reflectance(place, wi.dot(m)) * value
-    }
-
-    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        half_vector(wi, wo).map_or(0.0, |m| reflected_pdf(&self.roughness.at(place), wi, m))
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
-        if wi.z <= 0.0 {
-            return None;
-        }
-        let facets = self.roughness.at(place);
-        let wo = reflect(wi, facets.sample_visible(wi, u))?;
-        // The normal again, as `pdf` will find it from the rounded direction.
-        let m = half_vector(wi, wo)?;
         let pdf = reflected_pdf(&facets, wi, m);
-        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample {
-            wo,
-            // The density of the normals cancels.
-            weight: self.metal.reflectance(place, wi.dot(m)) * facets.g1(wo, m),
-            pdf,
-            lobe: Lobe::Smooth,
-            eta: 1.0,
-        })
+        let value = self.metal.reflectance(place, wi.dot(m)) * (pdf * facets.g1(wo, m));
+        (value.only_where(exists), R::select(exists, pdf, 0.0))
+    }
+
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
+        let facets = self.roughness.at(place);
+        let (wo, reflects) = reflect(wi, facets.sample_visible(wi, u)).try_normalize();
+        // The normal again, as `evaluate` will find it from the rounded direction.
+        let (m, exists) = half_vector(wi, wo);
+        let pdf = reflected_pdf(&facets, wi, m);
+        // The density of the normals cancels.
+        let weight = self.metal.reflectance(place, wi.dot(m)) * facets.g1(wo, m);
+        Scattered::smooth(reflects & exists & is_usable(pdf), wo, weight, pdf)
     }
 
     fn flags(&self) -> Flags {
         self.roughness.flags(self.metal.flags(Flags::SMOOTH))
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
-        if wi.z > 0.0 { self.metal.reflectance(place, wi.z) } else { Rgb::ZERO }
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
+        self.metal.albedo(place, wi)
     }
 
     fn interface(&self) -> Option<f32> {

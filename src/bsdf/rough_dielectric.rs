@@ -1,12 +1,13 @@
 //! Rough glass.
 
-use glam::{Vec2, Vec3A};
-
 use super::dielectric::Factors;
 use super::microfacet::{Microfacets, Roughness};
 use super::rough_conductor::reflected_pdf;
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, fresnel, reflect};
+use super::twosided::turned;
+use super::{Flags, Material, Place, Scattered, fresnel, is_usable, reflect};
 use crate::math::Rgb;
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::texture::Textured;
 
 /// Reflection and refraction by microfacets at the interface of two dielectrics, without light that is
@@ -20,13 +21,13 @@ pub struct RoughDielectric {
 }
 
 /// Directions seen from the side of `wi`, which is made the side of +z.
-struct Side {
-    wi: Vec3A,
-    /// Turns z around if it has to be.
-    mirror: Vec3A,
+struct Side<R: Real> {
+    wi: Vec3<R>,
+    /// Whether z was turned around for that.
+    below: R::Mask,
     /// Index of the other side over that of this one.
-    eta: f32,
-    facets: Microfacets,
+    eta: R,
+    facets: Microfacets<R>,
 }
 
 impl RoughDielectric {
@@ -47,101 +48,98 @@ impl RoughDielectric {
         })
     }
 
-    fn side(&self, place: &Place, wi: Vec3A) -> Option<Side> {
-        let below = wi.z < 0.0;
-        let mirror = Vec3A::new(1.0, 1.0, if below { -1.0 } else { 1.0 });
-        let eta = if below { 1.0 / self.eta } else { self.eta };
-        let facets = self.roughness.at(place);
-        (wi.z != 0.0).then_some(Side { wi: wi * mirror, mirror, eta, facets })
+    #[inline(always)]
+    fn side<R: Real>(&self, place: &Place<R>, wi: Vec3<R>) -> Side<R> {
+        let below = wi.z.lt(0.0);
+        let eta = R::select(below, R::splat(wi.token(), 1.0 / self.eta), self.eta);
+        Side { wi: turned(below, wi), below, eta, facets: self.roughness.at(place) }
     }
 }
 
-impl Side {
-    /// The normal that reflects or refracts `wi` to `wo`, on the side of `wi`.
-    fn normal(&self, wo: Vec3A) -> Option<Vec3A> {
-        let eta = if wo.z > 0.0 { 1.0 } else { self.eta };
-        let m = (self.wi + wo * eta).try_normalize()?;
-        Some(if m.z < 0.0 { -m } else { m })
+impl<R: Real> Side<R> {
+    /// The normal that reflects or refracts `wi` to `wo`, on the side of `wi`, and whether there is one.
+    #[inline(always)]
+    fn normal(&self, wo: Vec3<R>) -> (Vec3<R>, R::Mask) {
+        let eta = R::select(wo.z.gt(0.0), 1.0, self.eta);
+        let (m, exists) = (self.wi + wo * eta).try_normalize();
+        (Vec3::select(m.z.lt(0.0), -m, m), exists)
     }
 
     /// Density of `wo` if it comes from facets with the normal `m`, in sr⁻¹; 0 if they cannot send it
     /// there.
-    fn pdf(&self, wo: Vec3A, m: Vec3A) -> f32 {
+    #[inline(always)]
+    fn pdf(&self, wo: Vec3<R>, m: Vec3<R>) -> R {
         let (cos_i, cos_o) = (self.wi.dot(m), wo.dot(m));
         // Each side of the facet has to be seen from the same side of the surface.
-        if !(cos_i > 0.0 && cos_o * wo.z > 0.0) {
-            return 0.0;
-        }
+        let seen = cos_i.gt(0.0) & (cos_o * wo.z).gt(0.0);
         let reflectance = fresnel::dielectric(cos_i, self.eta).reflectance;
-        if wo.z > 0.0 {
-            return reflectance * reflected_pdf(&self.facets, self.wi, m);
-        }
+        let reflected = reflectance * reflected_pdf(&self.facets, self.wi, m);
         // Walter et al., equation 17, on the side of `wi`.
-        let jacobian = self.eta * self.eta * cos_o.abs() / (cos_i + self.eta * cos_o).powi(2);
-        (1.0 - reflectance) * self.facets.visible_pdf_over_cosine(self.wi, m) * cos_i * jacobian
+        let across = cos_i + self.eta * cos_o;
+        let jacobian = self.eta * self.eta * cos_o.abs() / (across * across);
+        let visible = self.facets.visible_pdf_over_cosine(self.wi, m) * cos_i;
+        let refracted = reflectance.one_minus() * visible * jacobian;
+        R::select(seen, R::select(wo.z.gt(0.0), reflected, refracted), 0.0)
     }
 }
 
 /// Two numbers from one: it itself, rounded to the middle of one of 4096 intervals, and where it stood in the
 /// interval. The latter decides between reflection and refraction once the normal is known.
-fn split(u: f32) -> (f32, f32) {
+#[inline(always)]
+fn split<R: Real>(u: R) -> (R, R) {
     const INTERVALS: f32 = 4096.0;
     let scaled = u * INTERVALS;
-    ((scaled.floor() + 0.5) / INTERVALS, scaled.fract())
+    let interval = scaled.floor();
+    ((interval + 0.5) / INTERVALS, scaled - interval)
 }
 
-impl Bsdf for RoughDielectric {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        let Some(side) = self.side(place, wi) else { return Rgb::ZERO };
-        let wo = wo * side.mirror;
-        let Some(m) = side.normal(wo) else { return Rgb::ZERO };
-        let scale = side.pdf(wo, m) * side.facets.g1(wo, m);
-        if wo.z > 0.0 {
-            Rgb::from(self.factors.reflectance.at(place.uv)) * scale
-        } else {
-            Rgb::from(self.factors.transmittance.at(place.uv)) * (scale / (side.eta * side.eta))
-        }
-    }
-
-    fn pdf(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        let Some(side) = self.side(place, wi) else { return 0.0 };
-        let wo = wo * side.mirror;
-        side.normal(wo).map_or(0.0, |m| side.pdf(wo, m))
+impl Material for RoughDielectric {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let side = self.side(place, wi);
+        let wo = turned(side.below, wo);
+        let (m, exists) = side.normal(wo);
+        let pdf = R::select(exists & !wi.z.eq(0.0), side.pdf(wo, m), 0.0);
+        let factor = self.factors.at(place, wo.z.gt(0.0), side.eta);
+        (factor * (pdf * side.facets.g1(wo, m)), pdf)
     }
 
     /// Chooses a normal, then between reflection and refraction in proportion to what they carry, so that
     /// only the shadowing of `wo` is left in the weight.
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
-        let side = self.side(place, wi)?;
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
+        let side = self.side(place, wi);
         let (azimuth, choice) = split(u.x);
         let m = side.facets.sample_visible(side.wi, Vec2::new(azimuth, u.y));
         let cos_i = side.wi.dot(m);
         let f = fresnel::dielectric(cos_i, side.eta);
-        let (wo, weight, eta) = if choice < f.reflectance {
-            (reflect(side.wi, m)?, self.factors.reflectance.at(place.uv).into(), 1.0)
-        } else {
-            let refracted = m * (cos_i / f.eta + f.cos_t) - side.wi / f.eta;
-            // Radiance is squeezed into a smaller cone on the denser side (Veach 1997, section 5.2).
-            let weight = Rgb::from(self.factors.transmittance.at(place.uv)) / (f.eta * f.eta);
-            (refracted.try_normalize()?, weight, f.eta)
-        };
-        if (wo.z > 0.0) != (eta == 1.0) || wo.z == 0.0 {
-            return None;
-        }
-        // From the rounded direction, as `pdf` will find it; or from the facet itself where the indices
+        let reflects = choice.lt(f.reflectance);
+        let refracted = m * (cos_i / f.eta + f.cos_t) - side.wi / f.eta;
+        let (wo, exists) = Vec3::select(reflects, reflect(side.wi, m), refracted).try_normalize();
+        let on_its_side = (reflects ^ wo.z.lt(0.0)) & !wo.z.eq(0.0);
+        let exists = exists & on_its_side & !wi.z.eq(0.0);
+        // From the rounded direction, as `evaluate` will find it; or from the facet itself where the indices
         // are so close to each other that rounding hides the normal.
-        let usable = |pdf: &f32| *pdf > 0.0 && pdf.is_finite();
-        let pdf = side.normal(wo).map(|m| side.pdf(wo, m)).filter(usable);
-        let pdf = pdf.or_else(|| Some(side.pdf(wo, m)).filter(usable))?;
-        let weight = weight * side.facets.g1(wo, m);
-        Some(BsdfSample { wo: wo * side.mirror, weight, pdf, lobe: Lobe::Smooth, eta })
+        let (normal, has_normal) = side.normal(wo);
+        let pdf = side.pdf(wo, normal);
+        let found = has_normal & is_usable(pdf);
+        let pdf = (found | !exists).either(
+            #[inline(always)]
+            || pdf,
+            #[inline(always)]
+            || side.pdf(wo, m),
+        );
+        let weight = self.factors.at(place, reflects, f.eta) * side.facets.g1(wo, m);
+        let wo = turned(side.below, wo);
+        let eta = R::select(reflects, 1.0, f.eta);
+        Scattered { eta, ..Scattered::smooth(exists & is_usable(pdf), wo, weight, pdf) }
     }
 
     fn flags(&self) -> Flags {
         self.roughness.flags(self.factors.flags(Flags::SMOOTH.transmitting()))
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
         let reflected = fresnel::dielectric(wi.z, self.eta).reflectance;
         self.factors.albedo(place, reflected)
     }

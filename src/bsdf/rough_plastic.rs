@@ -2,21 +2,22 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3A};
 use rayon::prelude::*;
 
-use super::microfacet::{Distribution, Microfacets};
+use super::microfacet::{Distribution, Microfacets, Roughness};
 use super::plastic::Coat;
 use super::rough_conductor::{half_vector, reflected_pdf};
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, choose, fresnel, reflect};
+use super::{Flags, Material, Place, Scattered, choose, fresnel, is_usable, reflect};
+use crate::math::real::{Lanes, Real};
 use crate::math::special::gauss_legendre;
-use crate::math::{Rgb, warp};
+use crate::math::vector::{Vec2, Vec3};
+use crate::math::warp;
 
 /// A diffuse base under a rough dielectric coat; one-sided.
 #[derive(Clone, Debug)]
 pub struct RoughPlastic {
     coat: Coat,
-    facets: Microfacets,
+    roughness: Roughness,
     /// The fraction of light that passes the coat from outside, at equally spaced cosines from 0 to 1.
     transmittance: Vec<f32>,
     /// The fraction of diffuse light that passes the coat from inside.
@@ -30,11 +31,11 @@ pub struct RoughPlastic {
 const ENTRIES: usize = 64;
 
 impl RoughPlastic {
-    /// Plastic with this coat, whose roughness is `alpha` in all directions; see
-    /// [`super::microfacet::Roughness::new`].
+    /// Plastic with this coat, whose roughness is `alpha` in all directions; see [`Roughness::new`].
     #[must_use]
     pub fn new(coat: Coat, distribution: Distribution, alpha: f32) -> Self {
-        let facets = Microfacets::new(distribution, Vec2::splat(alpha));
+        let roughness = Roughness::new(distribution, alpha);
+        let facets = roughness.at(&Place::default());
         let cosines: Vec<f32> =
             (0..ENTRIES).map(|i| (i as f32 / (ENTRIES - 1) as f32).max(1e-6)).collect();
         let scattered = |eta: f32, refracted: bool| -> Vec<f64> {
@@ -51,7 +52,7 @@ impl RoughPlastic {
         let sum: f64 = thrown_back.iter().zip(&cosines).map(|(r, &cos)| r * f64::from(cos)).sum();
         Self {
             coat,
-            facets,
+            roughness,
             transmittance: transmittance.into_iter().map(|t| t as f32).collect(),
             // Never quite nothing, which rounding could make it.
             escaping: (1.0 - 2.0 * sum / ENTRIES as f64).max(1e-6) as f32,
@@ -60,19 +61,22 @@ impl RoughPlastic {
     }
 
     /// The fraction of light that passes the coat at the cosine `cos` in `[0, 1]`.
-    fn passes(&self, cos: f32) -> f32 {
+    #[inline(always)]
+    fn passes<R: Real>(&self, cos: R) -> R {
         let x = cos.clamp(0.0, 1.0) * (ENTRIES - 1) as f32;
-        let i = (x as usize).min(ENTRIES - 2);
-        let t = x - i as f32;
-        self.transmittance[i] * (1.0 - t) + self.transmittance[i + 1] * t
+        // Of NaN the last, too.
+        let first = x.floor().min((ENTRIES - 2) as f32);
+        let entry = |offset: usize| {
+            R::from_fn(cos.token(), |lane| self.transmittance[first.lane(lane) as usize + offset])
+        };
+        let t = x - first;
+        entry(0) * t.one_minus() + entry(1) * t
     }
 
-    fn value(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        let Some(m) = half_vector(wi, wo) else { return Rgb::ZERO };
-        let fresnel = fresnel::dielectric(wi.dot(m), self.coat.eta).reflectance;
-        let specular = reflected_pdf(&self.facets, wi, m) * self.facets.g1(wo, m) * fresnel;
-        let diffuse = FRAC_1_PI * wo.z * self.passes(wi.z) * self.passes(wo.z);
-        self.coat.specular(place) * specular + self.coat.diffuse(place, self.escaping) * diffuse
+    /// The probability of a specular sample as seen from `wi`.
+    #[inline(always)]
+    fn specular_probability<R: Real>(&self, wi: Vec3<R>) -> R {
+        self.coat.specular_probability(self.passes(wi.z).one_minus())
     }
 }
 
@@ -85,7 +89,7 @@ fn directional(
     refracted: bool,
     rule: &[(f64, f64)],
 ) -> f64 {
-    let wi = Vec3A::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+    let wi = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
     let mut sum = 0.0;
     for (x, weight_x) in rule {
         for (y, weight_y) in rule {
@@ -96,7 +100,7 @@ fn directional(
             let (wo, fraction) = if refracted {
                 (m * (cos_i / f.eta + f.cos_t) - wi / f.eta, 1.0 - f.reflectance)
             } else {
-                (m * (2.0 * cos_i) - wi, f.reflectance)
+                (reflect(wi, m), f.reflectance)
             };
             if (wo.z < 0.0) == refracted {
                 sum += f64::from(facets.g1(wo, m) * fraction) * weight_x * weight_y * 0.25;
@@ -106,52 +110,44 @@ fn directional(
     sum
 }
 
-impl Bsdf for RoughPlastic {
-    fn eval(&self, place: &Place, wi: Vec3A, wo: Vec3A) -> Rgb {
-        self.value(place, wi, wo)
+impl Material for RoughPlastic {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let (m, exists) = half_vector(wi, wo);
+        let facets = self.roughness.at(place);
+        let fresnel = fresnel::dielectric(wi.dot(m), self.coat.eta).reflectance;
+        let mirrored = reflected_pdf(&facets, wi, m);
+        let specular = mirrored * facets.g1(wo, m) * fresnel;
+        let diffuse = wo.z * FRAC_1_PI * self.passes(wi.z) * self.passes(wo.z);
+        let value = self.coat.specular(place) * specular
+            + self.coat.diffuse(place, self.escaping) * diffuse;
+        let probability = self.specular_probability(wi);
+        let pdf = probability * mirrored
+            + probability.one_minus() * warp::square_to_cosine_hemisphere_pdf(wo);
+        (value.only_where(exists), R::select(exists, pdf, 0.0))
     }
 
-    fn pdf(&self, _place: &Place, wi: Vec3A, wo: Vec3A) -> f32 {
-        let Some(m) = half_vector(wi, wo) else { return 0.0 };
-        let specular = self.coat.specular_probability(1.0 - self.passes(wi.z));
-        specular * reflected_pdf(&self.facets, wi, m)
-            + (1.0 - specular) * warp::square_to_cosine_hemisphere_pdf(wo.into())
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
-        if wi.z <= 0.0 {
-            return None;
-        }
-        let probability = self.coat.specular_probability(1.0 - self.passes(wi.z));
-        let (specular, rest) = choose(probability, u.x);
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
+        let (specular, rest) = choose(self.specular_probability(wi), u.x);
         let u = Vec2::new(rest, u.y);
-        let wo = if specular {
-            reflect(wi, self.facets.sample_visible(wi, u))?
-        } else {
-            Vec3A::from(warp::square_to_cosine_hemisphere(u.into()))
-        };
+        let m = self.roughness.at(place).sample_visible(wi, u);
+        let (mirrored, reflects) = reflect(wi, m).try_normalize();
+        let wo = Vec3::select(specular, mirrored, warp::square_to_cosine_hemisphere(u));
         // Both lobes may send light there.
-        let pdf = self.pdf(place, wi, wo);
-        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample {
-            wo,
-            weight: self.value(place, wi, wo) / pdf,
-            pdf,
-            lobe: Lobe::Smooth,
-            eta: 1.0,
-        })
+        let (value, pdf) = self.evaluate(place, wi, wo);
+        let exists = is_usable(pdf) & (reflects | !specular);
+        Scattered::smooth(exists, wo, value / pdf, pdf)
     }
 
     fn flags(&self) -> Flags {
         self.coat.flags(Flags::SMOOTH)
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
-        if wi.z <= 0.0 {
-            return Rgb::ZERO;
-        }
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
         let passes = self.passes(wi.z);
-        self.coat.specular(place) * (1.0 - passes)
-            + self.coat.diffuse(place, self.escaping) * (passes * self.entering)
+        let diffuse = self.coat.diffuse(place, self.escaping) * (passes * self.entering);
+        (self.coat.specular(place) * (1.0 - passes) + diffuse).only_where(wi.z > 0.0)
     }
 
     fn interface(&self) -> Option<f32> {

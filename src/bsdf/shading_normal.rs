@@ -12,7 +12,8 @@
 //! The result depends on `wi` alone, so that a material evaluates, samples and has its density by one normal. As it
 //! does so, bent materials are not reciprocal.
 
-use glam::Vec3A;
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::Vec3;
 
 /// How high the mirror direction has to be, over how high the viewer is (both as sines above the surface). Above 0
 /// for rough lobes, half of which would otherwise lie below the surface. With 1, each normal that leans away from
@@ -45,96 +46,115 @@ const STEPS: u32 = 14;
 /// - with which glass refracts to the other side;
 /// - with which light enters the denser side so steeply that it could leave by the geometric normal;
 /// - and which does not see total reflection where the geometric normal sees none.
+#[inline(always)]
 #[must_use]
-pub fn bend(shading: Vec3A, geometric: Vec3A, wi: Vec3A, interface: Option<f32>) -> Vec3A {
+pub fn bend<R: Real>(
+    shading: Vec3<R>,
+    geometric: Vec3<R>,
+    wi: Vec3<R>,
+    interface: Option<f32>,
+) -> Vec3<R> {
     let view = View::new(shading, geometric, wi, interface);
-    if view.accepts(shading) {
-        return shading;
-    }
-    let (mut valid, mut invalid) = (geometric, shading);
-    for _ in 0..STEPS {
-        let middle = (valid + invalid).normalize_or(geometric);
-        if view.accepts(middle) {
-            valid = middle;
-        } else {
-            invalid = middle;
-        }
-    }
-    valid
+    view.accepts(shading).either(
+        #[inline(always)]
+        || shading,
+        #[inline(always)]
+        || view.bent(shading),
+    )
 }
 
 /// A surface as seen from one direction.
-struct View {
-    geometric: Vec3A,
+struct View<R> {
+    geometric: Vec3<R>,
     /// The direction, or its opposite in front of the surface.
-    w: Vec3A,
+    w: Vec3<R>,
     /// Its cosine with the geometric normal.
-    height: f32,
+    height: R,
     least_mirrored: f32,
     /// Least cosine of `w` with the normal.
-    least_cosine: f32,
-    refraction: Option<Refraction>,
+    least_cosine: R,
+    refraction: Option<Refraction<R>>,
 }
 
 /// What glass asks of a normal.
-struct Refraction {
+struct Refraction<R> {
     /// Index of the other side over that of this one.
-    eta: f32,
+    eta: R,
     /// Least cosine of the refracted direction with the geometric normal, on the other side.
-    least_depth: f32,
+    least_depth: R,
 }
 
-impl View {
-    fn new(shading: Vec3A, geometric: Vec3A, wi: Vec3A, interface: Option<f32>) -> Self {
-        let below = wi.dot(geometric) < 0.0;
-        let w = if below { -wi } else { wi };
+impl<R: Real> View<R> {
+    #[inline(always)]
+    fn new(shading: Vec3<R>, geometric: Vec3<R>, wi: Vec3<R>, interface: Option<f32>) -> Self {
+        let zero = R::splat(wi.token(), 0.0);
+        let below = wi.dot(geometric).lt(0.0);
+        let w = Vec3::select(below, -wi, wi);
         let height = w.dot(geometric);
-        let eta = interface.map(|eta| if below { 1.0 / eta } else { eta });
-        let least_mirrored = if eta.is_some() { LEAST_MIRRORED } else { LEAST_DIFFUSE };
+        let least_mirrored = if interface.is_some() { LEAST_MIRRORED } else { LEAST_DIFFUSE };
         let mut view =
-            Self { geometric, w, height, least_mirrored, least_cosine: 0.0, refraction: None };
-        let Some(eta) = eta.filter(|&eta| eta != 1.0) else { return view };
+            Self { geometric, w, height, least_mirrored, least_cosine: zero, refraction: None };
+        let Some(eta) = interface.filter(|&eta| eta != 1.0) else { return view };
+        let eta = R::select(below, R::splat(wi.token(), 1.0 / eta), eta);
+        let denser = eta.gt(1.0);
         // Cosine of the critical angle, on the denser side.
-        let critical =
-            if eta > 1.0 { cosine_across(0.0, eta) } else { cosine_across(0.0, 1.0 / eta) };
+        let critical = cosine_across(zero, R::select(denser, eta, eta.recip()));
         let straight = cosine_across(height, eta);
-        let flattest = if eta > 1.0 { critical } else { 0.0 };
-        let least_depth = flattest + LEAST_REFRACTED * (straight - flattest);
+        let flattest = R::select(denser, critical, 0.0);
+        let least_depth = flattest + (straight - flattest) * LEAST_REFRACTED;
         view.refraction = Some(Refraction { eta, least_depth });
         view.least_mirrored = LEAST_MIRRORED_BY_GLASS;
         let cosine = w.dot(shading);
-        if eta < 1.0 && height > critical && cosine < critical {
-            // As far this side of the critical angle as the shading normal is beyond. Less than the height by more
-            // than rounding, so that halving can reach it.
-            view.least_cosine = (2.0 * critical - cosine).min(0.9999 * height);
-        }
+        let reflects_all = eta.lt(1.0) & height.gt(critical) & cosine.lt(critical);
+        // As far this side of the critical angle as the shading normal is beyond. Less than the height by more
+        // than rounding, so that halving can reach it.
+        let least_cosine = (critical * 2.0 - cosine).min(height * 0.9999);
+        view.least_cosine = R::select(reflects_all, least_cosine, 0.0);
         view
     }
 
-    fn accepts(&self, n: Vec3A) -> bool {
+    /// What is valid nearest to `shading`, which is not.
+    #[inline(always)]
+    fn bent(&self, shading: Vec3<R>) -> Vec3<R> {
+        let (mut valid, mut invalid) = (self.geometric, shading);
+        for _ in 0..STEPS {
+            let (middle, exists) = (valid + invalid).try_normalize();
+            let middle = Vec3::select(exists, middle, self.geometric);
+            let accepted = self.accepts(middle);
+            valid = Vec3::select(accepted, middle, valid);
+            invalid = Vec3::select(accepted, invalid, middle);
+        }
+        valid
+    }
+
+    #[inline(always)]
+    fn accepts(&self, n: Vec3<R>) -> R::Mask {
         let (cosine, tilt) = (self.w.dot(n), n.dot(self.geometric));
-        let mirrored = 2.0 * cosine * tilt - self.height;
+        let mirrored = cosine * 2.0 * tilt - self.height;
         // Comparisons that NaN fails.
-        let reflects = tilt > 0.0 && mirrored >= self.least_mirrored * self.height;
-        reflects
-            && cosine >= self.least_cosine
-            && self.refraction.as_ref().is_none_or(|glass| {
-                let across = cosine_across(cosine, glass.eta);
-                // w = cosine n + …, of which the part along the surface of n is divided by eta.
-                let depth = (self.height - cosine * tilt) / glass.eta + across * tilt;
-                across == 0.0 || depth >= glass.least_depth
-            })
+        let reflects = tilt.gt(0.0) & mirrored.ge(self.height * self.least_mirrored);
+        let accepted = reflects & cosine.ge(self.least_cosine);
+        let Some(glass) = &self.refraction else { return accepted };
+        let across = cosine_across(cosine, glass.eta);
+        // w = cosine n + …, of which the part along the surface of n is divided by eta.
+        let depth = (self.height - cosine * tilt) / glass.eta + across * tilt;
+        accepted & (across.eq(0.0) | depth.ge(glass.least_depth))
     }
 }
 
 /// Cosine of the refracted direction for that of the other one; 0 in total reflection.
-fn cosine_across(cosine: f32, eta: f32) -> f32 {
-    (1.0 - (1.0 - cosine * cosine) / (eta * eta)).max(0.0).sqrt()
+#[inline(always)]
+fn cosine_across<R: Real>(cosine: R, eta: R) -> R {
+    ((cosine * cosine).one_minus() / (eta * eta)).one_minus().max(0.0).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use glam::Vec3A;
+
+    fn bend(shading: Vec3A, geometric: Vec3A, wi: Vec3A, interface: Option<f32>) -> Vec3A {
+        super::bend::<f32>(shading.into(), geometric.into(), wi.into(), interface).into()
+    }
 
     /// Unit vectors around the upper half sphere; `lean` from z at most.
     fn directions(count: u32, lean: f32) -> impl Iterator<Item = Vec3A> {

@@ -1,10 +1,11 @@
 //! Window panes.
 
-use glam::{Vec2, Vec3A};
-
 use super::dielectric::Factors;
-use super::{Bsdf, BsdfSample, Flags, Lobe, Place, choose, fresnel};
+use super::null::pass;
+use super::{Flags, Material, Place, Scattered, choose, fresnel, mirrored};
 use crate::math::Rgb;
+use crate::math::real::{Lanes, Mask, Real, Select};
+use crate::math::vector::{Vec2, Vec3};
 use crate::texture::Textured;
 
 /// Both faces of a thin pane of glass at once: light is reflected or goes straight on, however often it is
@@ -33,47 +34,29 @@ impl ThinDielectric {
     }
 
     /// With r for one face: r + (1 − r)²r + (1 − r)²r³ + … = 2r / (1 + r).
-    fn reflected(&self, wi: Vec3A) -> f32 {
+    #[inline(always)]
+    fn reflected<R: Real>(&self, wi: Vec3<R>) -> R {
         let r = fresnel::dielectric(wi.z.abs(), self.eta).reflectance;
-        2.0 * r / (1.0 + r)
+        r * 2.0 / (r + 1.0)
     }
 }
 
-impl Bsdf for ThinDielectric {
-    fn eval(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> Rgb {
-        Rgb::ZERO
-    }
-
-    fn pdf(&self, _place: &Place, _wi: Vec3A, _wo: Vec3A) -> f32 {
-        0.0
-    }
-
-    fn sample(&self, place: &Place, wi: Vec3A, u: Vec2) -> Option<BsdfSample> {
+impl Material for ThinDielectric {
+    #[inline(always)]
+    fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
         let r = self.reflected(wi);
-        Some(if choose(r, u.x).0 {
-            BsdfSample {
-                wo: Vec3A::new(-wi.x, -wi.y, wi.z),
-                weight: self.factors.reflectance.at(place.uv).into(),
-                pdf: r,
-                lobe: Lobe::Delta,
-                eta: 1.0,
-            }
-        } else {
-            BsdfSample {
-                wo: -wi,
-                weight: self.factors.transmittance.at(place.uv).into(),
-                pdf: 1.0 - r,
-                lobe: Lobe::Null,
-                eta: 1.0,
-            }
-        })
+        let everywhere = R::Mask::from_bits(wi.token(), u32::MAX);
+        let weight = self.factors.reflectance.at(place.uv);
+        let reflected = Scattered::delta(everywhere, mirrored(wi), weight, r);
+        let transmitted = pass(wi, self.factors.transmittance.at(place.uv), r.one_minus());
+        Scattered::selected(choose(r, u.x).0, reflected, transmitted)
     }
 
     fn flags(&self) -> Flags {
         self.factors.flags(Flags::DELTA.transmitting())
     }
 
-    fn albedo(&self, place: &Place, wi: Vec3A) -> Rgb {
+    fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {
         let r = self.reflected(wi);
         self.factors.albedo(place, r)
     }

@@ -8,6 +8,7 @@ use super::{DirectionSampling, Estimate};
 use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
 use crate::emitter::{Emitter, Receiver, Sight};
 use crate::intersect::Intersector;
+use crate::math::vector::Vec3;
 use crate::math::{Frame, Rgb};
 use crate::ray::{Hit, Ray};
 use crate::sampler::PathSampler;
@@ -82,7 +83,8 @@ impl Vertex<'_> {
             return shading_normal;
         }
         let interface = self.bsdf.interface();
-        shading_normal::bend(shading_normal, geometric_normal, -ray.direction, interface)
+        let [shading, geometric] = [shading_normal, geometric_normal].map(Vec3::from);
+        shading_normal::bend(shading, geometric, Vec3::from(-ray.direction), interface).into()
     }
 }
 

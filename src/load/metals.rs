@@ -88,7 +88,7 @@ mod tests {
     fn metals_have_their_colours() {
         let reflectance = |name| {
             let index = find(name).expect("in the table");
-            crate::bsdf::fresnel::conductor(1.0, index.eta, index.k)
+            Rgb::from(crate::bsdf::fresnel::conductor(1.0, index.eta.into(), index.k.into()))
         };
         let (gold, silver) = (reflectance("Au"), reflectance("Ag"));
         assert!(gold.x > 0.9 && gold.x > gold.y && gold.y > gold.z && gold.z < 0.5, "{gold}");

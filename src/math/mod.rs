@@ -35,5 +35,5 @@ pub(crate) fn type_word<T: ?Sized>() -> &'static str {
 /// Luminance of linear sRGB (Rec. 709 primaries, D65), in the unit of the input.
 #[must_use]
 pub fn luminance(rgb: Rgb) -> f32 {
-    rgb.dot(Rgb::new(0.212_671, 0.715_160, 0.072_169))
+    vector::Vec3::<f32>::from(rgb).luminance()
 }

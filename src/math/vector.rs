@@ -80,6 +80,13 @@ macro_rules! vector {
                 Self { $($component: self.$component * other.$component),* }
             }
 
+            /// The components' quotients.
+            #[inline(always)]
+            #[must_use]
+            pub fn over(self, other: Self) -> Self {
+                Self { $($component: self.$component / other.$component),* }
+            }
+
             /// The square of the length.
             #[inline(always)]
             #[must_use]
@@ -128,6 +135,13 @@ macro_rules! vector {
             pub fn try_normalize(self) -> (Self, R::Mask) {
                 let inverse = self.length().recip();
                 (self * inverse, inverse.gt(0.0) & inverse.lt(f32::INFINITY))
+            }
+
+            /// The vector where the mask is set, 0 elsewhere.
+            #[inline(always)]
+            #[must_use]
+            pub fn only_where(self, mask: R::Mask) -> Self {
+                self.map(|component| R::select(mask, component, 0.0))
             }
 
             /// `self` at `t = 0` and `end` at `t = 1`, both exactly.
@@ -304,6 +318,16 @@ impl<R: Float> Vec3<R> {
     #[must_use]
     pub fn dot(self, other: Self) -> R {
         self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// Of a colour in linear sRGB the [`luminance`](super::luminance).
+    #[inline(always)]
+    #[must_use]
+    pub fn luminance(self) -> R
+    where
+        R: Real,
+    {
+        self.x * 0.212_671 + self.y * 0.715_160 + self.z * 0.072_169
     }
 
     /// The vector product.

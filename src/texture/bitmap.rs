@@ -1,14 +1,17 @@
 //! Bitmaps.
 
+use std::convert::identity;
 use std::sync::{Arc, OnceLock};
 
-use glam::{Affine2, DVec3, IVec2, Vec2};
+use glam::{Affine2, DVec3, IVec2};
 use half::f16;
 use rayon::prelude::*;
 
-use super::Texture;
 use super::image::{Image, Texels};
-use crate::math::{Rgb, luminance};
+use super::{Pattern, Texture, mapped};
+use crate::math::Rgb;
+use crate::math::real::{Lanes, Real};
+use crate::math::vector::{Vec2, Vec3};
 
 /// A picture laid over the unit square of texture coordinates, its first row along v = 0. The centre of
 /// the first pixel lies half a pixel inside.
@@ -95,61 +98,100 @@ impl Bitmap {
     /// Where `uv` lies, in pixels from the first corner. Within one period of the picture, or on its border:
     /// multiplied by the size, coordinates of 1e8 would leave the integers. Coordinates that are not finite
     /// count as 0.
-    fn in_pixels(&self, uv: Vec2) -> Vec2 {
-        let uv = self.settings.to_uv.transform_point2(uv);
-        let within = |x: f32| if x.is_finite() { self.settings.wrap.period(x) } else { 0.0 };
-        Vec2::new(within(uv.x), within(uv.y)) * self.size().as_vec2()
+    #[inline(always)]
+    fn in_pixels<R: Real>(&self, uv: Vec2<R>) -> Vec2<R> {
+        let Vec2 { x: u, y: v } = mapped(&self.settings.to_uv, uv);
+        let (size, wrap) = (self.size(), self.settings.wrap);
+        Vec2::new(wrap.period(u) * size.x, wrap.period(v) * size.y)
     }
 
-    fn size(&self) -> IVec2 {
-        IVec2::new(self.image.width() as i32, self.image.height() as i32)
+    fn size(&self) -> Vec2 {
+        Vec2::new(self.image.width() as f32, self.image.height() as f32)
     }
 
     /// The pixel in a column and a row, which may lie outside.
     #[must_use]
     pub fn pixel(&self, at: IVec2) -> Rgb {
         let [x, y] = [(at.x, self.image.width()), (at.y, self.image.height())]
-            .map(|(i, count)| self.settings.wrap.index(i, count));
+            .map(|(i, count)| self.settings.wrap.index(i.into(), count));
+        self.texel(x, y)
+    }
+
+    /// The pixel in a column and a row of the picture.
+    #[inline(always)]
+    fn texel(&self, x: usize, y: usize) -> Rgb {
         let channels = self.image.channels();
         let first = (y * self.image.width() as usize + x) * channels;
-        let value = |channel: usize| match self.image.texels() {
-            Texels::Unorm8(values) => self.decoded[usize::from(values[first + channel])],
-            Texels::Unorm16(values) => self.decoded[usize::from(values[first + channel])],
-            Texels::Half(values) => values[first + channel].to_f32(),
-            Texels::Float(values) => values[first + channel],
-        };
-        if channels == 1 { Rgb::splat(value(0)) } else { Rgb::new(value(0), value(1), value(2)) }
+        let texels = first..first + channels;
+        match self.image.texels() {
+            Texels::Unorm8(values) => color(&values[texels], |i| self.decoded[usize::from(i)]),
+            Texels::Unorm16(values) => color(&values[texels], |i| self.decoded[usize::from(i)]),
+            Texels::Half(values) => color(&values[texels], f16::to_f32),
+            Texels::Float(values) => color(&values[texels], identity),
+        }
     }
 
     /// One number for a colour; that of a grey is exact.
-    fn number(&self, color: Rgb) -> f32 {
-        if self.image.channels() == 1 { color.x } else { luminance(color) }
+    #[inline(always)]
+    fn number<R: Real>(&self, color: Vec3<R>) -> R {
+        if self.image.channels() == 1 { color.x } else { color.luminance() }
     }
 
-    /// The pixels whose centres are around `uv`, and how far it lies on the way between them.
-    fn cell(&self, uv: Vec2) -> ([[Rgb; 2]; 2], Vec2) {
-        let p = self.in_pixels(uv) - 0.5;
-        let corner = p.floor();
-        let first = corner.as_ivec2();
-        let at = |x, y| self.pixel(first + IVec2::new(x, y));
-        ([[at(0, 0), at(1, 0)], [at(0, 1), at(1, 1)]], p - corner)
+    /// The pixels whose centres are around `uv`, in rows, and how far it lies on the way between them.
+    #[inline(always)]
+    fn cell<R: Real>(&self, uv: Vec2<R>) -> ([[Vec3<R>; 2]; 2], Vec2<R>) {
+        let p = self.in_pixels(uv).map(|x| x - 0.5);
+        let corner = p.map(R::floor);
+        // By row, column, channel and lane.
+        let mut values = [[[[0.0; 8]; 3]; 2]; 2];
+        for lane in 0..R::LANES {
+            let first = corner.lane(lane);
+            let (xs, ys) =
+                (self.both(first.x, self.image.width()), self.both(first.y, self.image.height()));
+            for (values, y) in values.iter_mut().zip(ys) {
+                for (values, x) in values.iter_mut().zip(xs) {
+                    for (values, value) in values.iter_mut().zip(self.texel(x, y).to_array()) {
+                        values[lane] = value;
+                    }
+                }
+            }
+        }
+        let load = |values: &[f32; 8]| R::load(uv.token(), &values[..R::LANES]);
+        let at = |[r, g, b]: &[[f32; 8]; 3]| Vec3::new(load(r), load(g), load(b));
+        let [[a, b], [c, d]] = &values;
+        ([[at(a), at(b)], [at(c), at(d)]], p - corner)
+    }
+
+    /// The index of the pixel that stands at `first` in a row of `count`, and that of the next one.
+    #[inline(always)]
+    fn both(&self, first: f32, count: u32) -> [usize; 2] {
+        let (first, wrap) = (first as i64, self.settings.wrap);
+        [wrap.index(first, count), wrap.index(first + 1, count)]
     }
 }
 
-impl Texture for Bitmap {
-    fn rgb(&self, uv: Vec2) -> Rgb {
+impl Pattern for Bitmap {
+    #[inline(always)]
+    fn rgb<R: Real>(&self, uv: Vec2<R>) -> Vec3<R> {
         match self.settings.filter {
-            BitmapFilter::Nearest => self.pixel(self.in_pixels(uv).floor().as_ivec2()),
+            BitmapFilter::Nearest => {
+                let at = self.in_pixels(uv).map(R::floor);
+                Vec3::from_fn(uv.token(), |lane| {
+                    let Vec2 { x, y } = at.lane(lane);
+                    self.pixel(IVec2::new(x as i32, y as i32)).into()
+                })
+            }
             BitmapFilter::Bilinear => {
                 let ([top, bottom], t) = self.cell(uv);
-                let row = |[left, right]: [Rgb; 2]| left * (1.0 - t.x) + right * t.x;
-                row(top) * (1.0 - t.y) + row(bottom) * t.y
+                let (top, bottom) = (top[0].lerp(top[1], t.x), bottom[0].lerp(bottom[1], t.x));
+                top.lerp(bottom, t.y)
             }
         }
     }
 
-    fn scalar(&self, uv: Vec2) -> f32 {
-        self.number(self.rgb(uv))
+    #[inline(always)]
+    fn scalar<R: Real>(&self, uv: Vec2<R>) -> R {
+        self.number(Pattern::rgb(self, uv))
     }
 
     fn range(&self) -> [f32; 2] {
@@ -180,46 +222,66 @@ impl Texture for Bitmap {
         Arc::new(Self::new(Arc::new(image), self.settings))
     }
 
-    fn gradient(&self, uv: Vec2) -> Vec2 {
+    #[inline(always)]
+    fn gradient<R: Real>(&self, uv: Vec2<R>) -> Vec2<R> {
         if self.settings.filter == BitmapFilter::Nearest {
-            return Vec2::ZERO;
+            return Vec2::splat(uv.token(), Vec2::default());
         }
         let (cell, t) = self.cell(uv);
-        let [[f00, f10], [f01, f11]] = cell.map(|row| row.map(|color| self.number(color)));
-        let by_pixel = Vec2::new(
-            (f10 - f00) * (1.0 - t.y) + (f11 - f01) * t.y,
-            (f01 - f00) * (1.0 - t.x) + (f11 - f10) * t.x,
-        );
-        self.settings.to_uv.matrix2.transpose() * (by_pixel * self.size().as_vec2())
+        let [[f00, f10], [f01, f11]] = cell;
+        let (f00, f10) = (self.number(f00), self.number(f10));
+        let (f01, f11) = (self.number(f01), self.number(f11));
+        let size = self.size();
+        let across = ((f10 - f00) * t.y.one_minus() + (f11 - f01) * t.y) * size.x;
+        let down = ((f01 - f00) * t.x.one_minus() + (f11 - f10) * t.x) * size.y;
+        // By the transpose of the map.
+        let [x_axis, y_axis] =
+            [self.settings.to_uv.matrix2.x_axis, self.settings.to_uv.matrix2.y_axis];
+        Vec2::new(across * x_axis.x + down * x_axis.y, across * y_axis.x + down * y_axis.y)
     }
 
     fn mean(&self) -> f32 {
         *self.mean.get_or_init(|| {
-            let (width, height) = (self.size().x, self.size().y);
-            let row =
-                |y| -> DVec3 { (0..width).map(|x| self.pixel(IVec2::new(x, y)).as_dvec3()).sum() };
+            let (width, height) = (self.image.width() as usize, self.image.height() as usize);
+            let row = |y| -> DVec3 { (0..width).map(|x| self.texel(x, y).as_dvec3()).sum() };
             // Row by row, so that the sum does not depend on the number of threads.
             let rows: Vec<_> = (0..height).into_par_iter().map(row).collect();
             let sum: DVec3 = rows.into_iter().sum();
-            self.number((sum / (f64::from(width) * f64::from(height))).as_vec3a())
+            self.number::<f32>((sum / (width as f64 * height as f64)).as_vec3a().into())
         })
     }
 }
 
+/// One channel or three of a pixel.
+#[inline(always)]
+fn color<T: Copy>(texels: &[T], value: impl Fn(T) -> f32) -> Rgb {
+    match *texels {
+        [r, g, b] => Rgb::new(value(r), value(g), value(b)),
+        _ => Rgb::splat(value(texels[0])),
+    }
+}
+
 impl Wrap {
-    /// The coordinate that shows the same as the finite `x`: in `[0, 1]`, or `[0, 2]` if every other picture is
-    /// mirrored. What is subtracted is exact.
-    fn period(self, x: f32) -> f32 {
-        match self {
+    /// The coordinate that shows the same as `x`: in `[0, 1]`, or `[0, 2]` if every other picture is mirrored; 0 if
+    /// `x` is not finite. What is subtracted is exact.
+    #[inline(always)]
+    fn period<R: Real>(self, x: R) -> R {
+        let period = match self {
             Self::Repeat => x - x.floor(),
-            Self::Mirror => x - 2.0 * (0.5 * x).floor(),
+            Self::Mirror => x - (x * 0.5).floor() * 2.0,
             Self::Clamp => x.clamp(0.0, 1.0),
-        }
+        };
+        R::select(x.abs().lt(f32::INFINITY), period, 0.0)
     }
 
     /// The index of the pixel that stands at `i` in a row of `count`.
-    fn index(self, i: i32, count: u32) -> usize {
-        let (i, count) = (i64::from(i), i64::from(count));
+    #[inline(always)]
+    fn index(self, i: i64, count: u32) -> usize {
+        let count = i64::from(count);
+        // Nearly always, and faster than by division.
+        if (0..count).contains(&i) {
+            return i as usize;
+        }
         let index = match self {
             Self::Repeat => i.rem_euclid(count),
             Self::Mirror => {

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::{Affine2, Vec2};
+use glam::Affine2;
 
-use super::{Texture, Textured};
+use super::{Pattern, Texture, Textured, mapped};
 use crate::math::Rgb;
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::{Vec2, Vec3};
 
 /// Four fields to the unit square, of two colours in turn.
 #[derive(Clone, Debug)]
@@ -30,27 +32,48 @@ impl Checkerboard {
         Self { colors, to_uv, limits: [f32::MIN, f32::MAX], range, mean }
     }
 
-    fn same_halves(&self, uv: Vec2) -> bool {
-        let uv = self.to_uv.transform_point2(uv);
-        let above = (uv - uv.floor()).cmpgt(Vec2::splat(0.5));
-        above.test(0) == above.test(1)
+    #[inline(always)]
+    fn same_halves<R: Real>(&self, uv: Vec2<R>) -> R::Mask {
+        let [u, v] = mapped(&self.to_uv, uv).map(|x| (x - x.floor()).gt(0.5)).to_array();
+        !(u ^ v)
     }
 }
 
-impl Texture for Checkerboard {
-    fn rgb(&self, uv: Vec2) -> Rgb {
-        let [least, most] = self.limits.map(Rgb::splat);
-        Rgb::from(self.colors[usize::from(!self.same_halves(uv))].at(uv.into())).clamp(least, most)
+/// The number that a colour stands for.
+#[inline(always)]
+fn number<R: Real>(color: &Textured<Rgb>, uv: Vec2<R>) -> R {
+    match color {
+        // The mean of the channels, as wherever a colour stands for a number.
+        Textured::Uniform(color) => R::splat(uv.token(), color.element_sum() / 3.0),
+        Textured::Varying(texture) => texture.number(uv),
+    }
+}
+
+impl Pattern for Checkerboard {
+    #[inline(always)]
+    fn rgb<R: Real>(&self, uv: Vec2<R>) -> Vec3<R> {
+        let [first, second] = &self.colors;
+        let same = self.same_halves(uv);
+        let color = same.either(
+            #[inline(always)]
+            || first.at(uv),
+            #[inline(always)]
+            || second.at(uv),
+        );
+        color.map(|value| value.clamp(self.limits[0], self.limits[1]))
     }
 
     /// The other colour than that of [`Checkerboard::rgb`], as in Mitsuba 3.9.1: scenes are made to look
     /// right there.
-    fn scalar(&self, uv: Vec2) -> f32 {
-        let value = match &self.colors[usize::from(self.same_halves(uv))] {
-            // The mean of the channels, as wherever a colour stands for a number.
-            Textured::Uniform(color) => color.element_sum() / 3.0,
-            Textured::Varying(texture) => texture.scalar(uv),
-        };
+    #[inline(always)]
+    fn scalar<R: Real>(&self, uv: Vec2<R>) -> R {
+        let [first, second] = &self.colors;
+        let value = self.same_halves(uv).either(
+            #[inline(always)]
+            || number(second, uv),
+            #[inline(always)]
+            || number(first, uv),
+        );
         value.clamp(self.limits[0], self.limits[1])
     }
 
@@ -65,8 +88,9 @@ impl Texture for Checkerboard {
         Arc::new(Self { limits, range, mean, ..self.clone() })
     }
 
-    fn gradient(&self, _uv: Vec2) -> Vec2 {
-        Vec2::ZERO
+    #[inline(always)]
+    fn gradient<R: Real>(&self, uv: Vec2<R>) -> Vec2<R> {
+        Vec2::splat(uv.token(), Vec2::default())
     }
 
     fn mean(&self) -> f32 {
@@ -76,7 +100,9 @@ impl Texture for Checkerboard {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use glam::Vec2;
+
+    use super::{Affine2, Checkerboard, Rgb, Texture, Textured};
 
     /// Values of Mitsuba 3.9.1, also for what lies on a border.
     #[test]

@@ -3,19 +3,22 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use glam::Vec2 as GlamVec2;
+use glam::{Affine2, Vec2 as GlamVec2};
 
-use crate::math::real::{Lanes, Real};
+use self::pattern::Quantity;
+use crate::math::real::{Lanes, Level, Real, Rows};
 use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Rgb, luminance};
 
 pub mod bitmap;
 pub mod checkerboard;
 pub mod image;
+pub mod pattern;
 
 pub use bitmap::Bitmap;
 pub use checkerboard::Checkerboard;
 pub use image::Image;
+pub use pattern::Pattern;
 
 /// A function of texture coordinates.
 pub trait Texture: Debug + Send + Sync {
@@ -39,6 +42,21 @@ pub trait Texture: Debug + Send + Sync {
     /// The mean of [`Texture::scalar`] over the unit square. Guides the choice among lobes, so a rough
     /// value costs noise but no bias.
     fn mean(&self) -> f32;
+
+    /// What is asked in eight lanes, with the same bits: of a [`Pattern`] all at once, of others one after the other.
+    fn look_up_eight(&self, _level: Level, quantity: Quantity, uv: &Rows<2>, values: &mut Rows<3>) {
+        pattern::look_up_lane_by_lane(self, quantity, uv, values);
+    }
+}
+
+/// The point that `map` sends `uv` to.
+#[inline(always)]
+fn mapped<R: Real>(map: &Affine2, uv: Vec2<R>) -> Vec2<R> {
+    let [x_axis, y_axis] = [map.matrix2.x_axis, map.matrix2.y_axis];
+    Vec2::new(
+        uv.x * x_axis.x + uv.y * y_axis.x + map.translation.x,
+        uv.x * x_axis.y + uv.y * y_axis.y + map.translation.y,
+    )
 }
 
 /// A quantity that is the same everywhere, or is looked up in a texture.
@@ -59,15 +77,13 @@ impl<T> Textured<T> {
 }
 
 impl Textured<Rgb> {
-    /// The colour at `uv`. Textures are looked up lane by lane.
+    /// The colour at `uv`.
     #[inline(always)]
     #[must_use]
     pub fn at<R: Real>(&self, uv: Vec2<R>) -> Vec3<R> {
         match self {
             Self::Uniform(value) => Vec3::splat(uv.token(), (*value).into()),
-            Self::Varying(texture) => {
-                Vec3::from_fn(uv.token(), |i| texture.rgb(uv.lane(i).into()).into())
-            }
+            Self::Varying(texture) => texture.color(uv),
         }
     }
 
@@ -91,13 +107,13 @@ impl Textured<Rgb> {
 }
 
 impl Textured<f32> {
-    /// The number at `uv`. Textures are looked up lane by lane.
+    /// The number at `uv`.
     #[inline(always)]
     #[must_use]
     pub fn at<R: Real>(&self, uv: Vec2<R>) -> R {
         match self {
             Self::Uniform(value) => R::splat(uv.token(), *value),
-            Self::Varying(texture) => R::from_fn(uv.token(), |i| texture.scalar(uv.lane(i).into())),
+            Self::Varying(texture) => texture.number(uv),
         }
     }
 }

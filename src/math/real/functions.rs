@@ -10,7 +10,7 @@ const ROUND: f32 = 12_582_912.0;
 
 /// The polynomial with these coefficients, that of the highest power first.
 #[inline(always)]
-fn polynomial<R: Real, const N: usize>(x: R, coefficients: [f32; N]) -> R {
+pub(in crate::math) fn polynomial<R: Real, const N: usize>(x: R, coefficients: [f32; N]) -> R {
     let mut sum = R::splat(x.token(), coefficients[0]);
     for coefficient in &coefficients[1..] {
         sum = sum * x + *coefficient;

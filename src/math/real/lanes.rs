@@ -71,6 +71,33 @@ impl<T: Lanes<Lane = u32>> Lift<T> for u32 {
     }
 }
 
+/// What can be put together from lanes of two.
+pub trait Select: Sized {
+    /// The condition in each lane.
+    type Mask: Mask;
+
+    /// `yes` in lanes where the mask is set, `no` elsewhere.
+    fn selected(mask: Self::Mask, yes: Self, no: Self) -> Self;
+}
+
+impl<T: Lanes + Lift<T>> Select for T {
+    type Mask = T::Mask;
+
+    #[inline(always)]
+    fn selected(mask: T::Mask, yes: Self, no: Self) -> Self {
+        Self::select(mask, yes, no)
+    }
+}
+
+impl<A: Select, B: Select<Mask = A::Mask>> Select for (A, B) {
+    type Mask = A::Mask;
+
+    #[inline(always)]
+    fn selected(mask: A::Mask, yes: Self, no: Self) -> Self {
+        (A::selected(mask, yes.0, no.0), B::selected(mask, yes.1, no.1))
+    }
+}
+
 /// A condition in each lane; `bool` is one lane. `!`, `&`, `|` and `^` combine two.
 pub trait Mask:
     Copy
@@ -98,6 +125,17 @@ pub trait Mask:
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
+    }
+
+    /// What `yes` finds in lanes where the mask is set and `no` elsewhere. What no lane needs is not looked for.
+    #[inline(always)]
+    fn either<T: Select<Mask = Self>>(self, yes: impl FnOnce() -> T, no: impl FnOnce() -> T) -> T {
+        // Each is called in one place, so that it is compiled once.
+        match (self.any().then(yes), (!self.all()).then(no)) {
+            (Some(yes), Some(no)) => T::selected(self, yes, no),
+            (Some(all), None) | (None, Some(all)) => all,
+            (None, None) => unreachable!("there are lanes"),
+        }
     }
 
     /// How many lanes are set.

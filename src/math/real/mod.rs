@@ -43,8 +43,8 @@ mod rows;
 mod tests;
 mod uint;
 
-pub(in crate::math) use functions::sin_cos_octant;
-pub use lanes::{Lanes, Lift, Mask};
+pub(in crate::math) use functions::{polynomial, sin_cos_octant};
+pub use lanes::{Lanes, Lift, Mask, Select};
 pub use level::{Level, Task};
 pub use rows::Rows;
 pub use uint::Uint;

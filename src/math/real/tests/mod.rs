@@ -221,3 +221,40 @@ fn whole_numbers_become_reals() {
         assert_eq!(Uint::rotate_left(bits, 5), bits.rotate_left(5));
     }
 }
+
+/// What some lane needs is asked for, and nothing else.
+#[test]
+fn either_asks_for_what_is_needed() {
+    struct Either(u32);
+
+    impl Task for Either {
+        type Output = ([f32; 8], [bool; 2]);
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> Self::Output {
+            let mut asked = [false; 2];
+            let [yes, no] = &mut asked;
+            let number = mask32x8::<S>::from_bits(simd, self.0).either(
+                || {
+                    *yes = true;
+                    f32x8::splat(simd, 1.0)
+                },
+                || {
+                    *no = true;
+                    f32x8::splat(simd, 0.0)
+                },
+            );
+            let mut lanes = [0.0; 8];
+            Lanes::store(number, &mut lanes);
+            (lanes, asked)
+        }
+    }
+
+    for bits in 0..256 {
+        for level in [Level::baseline(), Level::detect()] {
+            let (lanes, asked) = level.run(Either(bits));
+            assert_eq!(lanes, std::array::from_fn(|i| (bits >> i & 1) as f32), "{bits:#b}");
+            assert_eq!(asked, [bits != 0, bits != 255], "{bits:#b}");
+        }
+    }
+}
