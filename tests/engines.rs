@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec2, Vec3A};
 use support::meshes::{engines, sphere_mesh};
 use telamon::math::{Frame, warp};
-use telamon::ray::{Hit, Ray};
+use telamon::ray::{Hit, Ray, Rays};
 use telamon::sampler::{Independent, PathSampler};
 use telamon::shape::{Cylinder, Disk, Shape, Sphere, TriangleMesh, primitives};
 
@@ -57,9 +57,9 @@ fn single_rays_and_batches_agree() {
     rays[4711].direction = Vec3A::splat(f32::INFINITY);
     for engine in engines(&shapes) {
         let mut hits = vec![None; rays.len()];
-        engine.closest_hits(&rays, &mut hits);
+        engine.closest_hits(&Rays::from_iter(&rays), &mut hits);
         let mut occluded = vec![false; rays.len()];
-        engine.occluded_many(&rays, &mut occluded);
+        engine.occluded_many(&Rays::from_iter(&rays), &mut occluded);
         assert!(hits.iter().flatten().count() > 1000, "{}: hardly a hit", engine.name());
         for ((ray, hit), occluded) in rays.iter().zip(&hits).zip(&occluded) {
             let single = engine.closest_hit(ray);

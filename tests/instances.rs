@@ -10,7 +10,7 @@ use support::{points, points_3d};
 use telamon::bsdf::{Bsdf, Diffuse};
 use telamon::intersect::Intersector;
 use telamon::math::{Frame, Rgb, warp};
-use telamon::ray::{Hit, Ray};
+use telamon::ray::{Hit, Ray, Rays};
 use telamon::scene::{Object, Scene};
 use telamon::shape::{Group, Instance, Shape, Sphere, TriangleMesh, primitives};
 
@@ -133,9 +133,9 @@ fn engines_agree_about_instances() {
     let rays: Vec<Ray> = rays(7, 1003).collect();
     for engine in &engines {
         let mut hits = vec![None; rays.len()];
-        engine.closest_hits(&rays, &mut hits);
+        engine.closest_hits(&Rays::from_iter(&rays), &mut hits);
         let mut occluded = vec![false; rays.len()];
-        engine.occluded_many(&rays, &mut occluded);
+        engine.occluded_many(&Rays::from_iter(&rays), &mut occluded);
         for ((ray, hit), occluded) in rays.iter().zip(hits).zip(occluded) {
             assert_eq!(hit.is_some(), occluded);
             let alone = engine.closest_hit(ray);

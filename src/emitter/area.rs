@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec2, Vec3A};
 
-use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
-use crate::math::discrete::round_below_one;
-use crate::math::{Choice, Discrete, Rgb, luminance};
-use crate::ray::{Hit, Ray};
-use crate::shape::{Shape, ShapeSample, SurfacePoint};
+use super::sample::{EmitterSampleRows, SampleRows};
+use super::{Emitter, EmitterBounds, EmitterSample, EmitterSamples, Sight};
+use crate::math::discrete::ONE_MINUS_ULP;
+use crate::math::real::{Double, Float, Lanes, Level, Mask, Real, Simd, Task, f32x8, f64x8};
+use crate::math::{Choice, Choices, Discrete, Rgb, luminance, vector as real};
+use crate::ray::{Hit, Ray, RayEnds};
+use crate::shape::{Shape, ShapeSamples, SurfacePoint};
 use crate::texture::{Texture, Textured};
 
 /// The same radiance in all directions from each point of the front of a shape.
@@ -61,24 +63,14 @@ impl Area {
     fn radiance_at(&self, from: DVec3, direction: Vec3A, hit: &Hit) -> Rgb {
         match &self.radiance {
             Textured::Uniform(radiance) => *radiance,
-            Textured::Varying(texture) => {
-                let uv = self.shape.uv(&Ray::from_exact(from, direction), hit);
-                texture.rgb(uv).max(Rgb::ZERO)
-            }
+            Textured::Varying(texture) => self.texel(texture.as_ref(), from, direction, hit),
         }
     }
 
-    /// The same for a sample.
-    fn sampled_radiance(&self, primitive: usize, from: DVec3, sample: &ShapeSample) -> Rgb {
-        if let Textured::Uniform(radiance) = self.radiance {
-            return radiance;
-        }
-        let distance = (sample.point.position - from).length() as f32;
-        self.radiance_at(
-            from,
-            sample.direction,
-            &hit_at(primitive, distance, sample.point.parameters),
-        )
+    /// The same where it varies.
+    fn texel(&self, texture: &dyn Texture, from: DVec3, direction: Vec3A, hit: &Hit) -> Rgb {
+        let uv = self.shape.uv(&Ray::from_exact(from, direction), hit);
+        texture.rgb(uv).max(Rgb::ZERO)
     }
 
     /// Whether it is chosen by primitives: they lie apart or face apart. A square's two triangles do not.
@@ -86,8 +78,43 @@ impl Area {
         self.shape.primitive_count() > 2
     }
 
-    /// A point of one primitive, which was chosen with this probability.
-    #[inline]
+    /// A point of one primitive in each lane, which was chosen with this probability. Triangles are sampled together, other
+    /// shapes and textured light one lane after the other.
+    #[inline(always)]
+    fn sample_primitives<R: Real>(
+        &self,
+        primitives: &R::Each<u32>,
+        probability: R::Double,
+        from: real::Vec3<R::Double>,
+        u: real::Vec2<R::Double>,
+    ) -> EmitterSamples<R> {
+        let u = u.narrow().map(|u| u.min(ONE_MINUS_ULP));
+        let samples = ShapeSamples::<R>::new(self.shape.as_ref(), primitives, from, u);
+        let ShapeSamples { exists, position, parameters, normal, direction, pdf, .. } = samples;
+        let radiance = match &self.radiance {
+            Textured::Uniform(radiance) => real::Vec3::splat(u.x.token(), (*radiance).into()),
+            Textured::Varying(texture) => real::Vec3::from_fn(u.x.token(), |i| {
+                let [from, to] = [from, position].map(|point| DVec3::from(point.lane(i)));
+                let distance = (to - from).length() as f32;
+                let primitive = primitives.as_ref()[i] as usize;
+                let hit = hit_at(primitive, distance, parameters.lane(i).into());
+                self.texel(texture.as_ref(), from, direction.lane(i).into(), &hit).into()
+            }),
+        };
+        let pdf = pdf * probability;
+        let is_moderate = pdf.ge(1e-30) & pdf.lt(1e30);
+        let mut weight = radiance * pdf.recip().narrow();
+        if !is_moderate.all() {
+            // The inverse may be too small for an f32, and its product with the radiance not.
+            let exact = (radiance.widen() / pdf).narrow();
+            weight = real::Vec3::select(is_moderate, weight, exact);
+        }
+        let is_front = normal.dot(direction).lt(0.0);
+        let end = RayEnds::new(position, normal, -direction);
+        EmitterSamples::of_surface(exists & is_front, direction, weight, narrow(pdf), end)
+    }
+
+    /// The same in one lane.
     fn sample_primitive_toward(
         &self,
         primitive: usize,
@@ -95,24 +122,41 @@ impl Area {
         from: DVec3,
         u: DVec2,
     ) -> Option<EmitterSample> {
-        let sample = self.shape.sample_primitive(primitive, from, round_below_one(u))?;
-        if !is_front(&sample.point, sample.direction) {
-            return None;
-        }
-        let radiance = self.sampled_radiance(primitive, from, &sample);
-        let pdf = sample.pdf * probability;
-        let weight = if (1e-30..1e30).contains(&pdf) {
-            radiance * (1.0 / pdf as f32)
-        } else {
-            // The inverse may be too small for an f32, and its product with the radiance not.
-            (radiance.as_dvec3() / pdf).as_vec3a()
+        let primitives = [primitive as u32];
+        self.sample_primitives::<f32>(&primitives, probability, from.into(), u.into()).lane(0)
+    }
+}
+
+/// [`Emitter::sample_eight`] of an [`Area`].
+struct Sample<'a> {
+    area: &'a Area,
+    asked: &'a SampleRows,
+}
+
+impl Task for Sample<'_> {
+    type Output = EmitterSampleRows;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> EmitterSampleRows {
+        let Self { area, asked } = self;
+        let [x, y, z] = &asked.from;
+        let from =
+            real::Vec3::new(f64x8::load(simd, x), f64x8::load(simd, y), f64x8::load(simd, z));
+        let y = f64x8::load(simd, &asked.u[1]);
+        let (primitives, probability, x) = match asked.parts {
+            Some(parts) if area.is_split() => {
+                (parts, f64x8::splat(simd, 1.0), f64x8::load(simd, &asked.u[0]))
+            }
+            _ => {
+                let u = f64x8::load(simd, &asked.u[0]);
+                let Choices { index, probability, rest } =
+                    area.primitives.sample_each::<f32x8<S>>(u);
+                (index, probability, rest)
+            }
         };
-        Some(EmitterSample {
-            direction: sample.direction,
-            weight,
-            pdf: narrow(pdf),
-            origin: LightOrigin::Surface(sample.point.end_towards(-sample.direction)),
-        })
+        let u = real::Vec2::new(x, y);
+        let samples = area.sample_primitives::<f32x8<S>>(&primitives, probability, from, u);
+        EmitterSampleRows::of(&samples)
     }
 }
 
@@ -164,6 +208,10 @@ impl Emitter for Area {
         }
     }
 
+    fn sample_eight(&self, level: Level, asked: &SampleRows) -> EmitterSampleRows {
+        level.run(Sample { area: self, asked })
+    }
+
     fn part_pdf_toward(&self, sight: &Sight<'_>) -> (usize, f32) {
         match sight.surface {
             Some((hit, point)) if self.is_split() && is_front(point, sight.direction) => {
@@ -213,6 +261,8 @@ fn is_front(point: &SurfacePoint, direction: Vec3A) -> bool {
 }
 
 /// The density as an f32: a finite one even where a light of a solid angle below 1e-38 has a greater.
-fn narrow(pdf: f64) -> f32 {
-    pdf.min(f64::from(f32::MAX)) as f32
+#[inline(always)]
+fn narrow<D: Double>(pdf: D) -> D::Real {
+    let pdf = pdf.narrow();
+    D::Real::select(pdf.gt(f32::MAX), f32::MAX, pdf)
 }

@@ -3,8 +3,9 @@
 use glam::{DVec2, DVec3, Vec3A};
 
 use super::light_bvh::LightChoice;
-use super::{ChoicePolicy, Emitter, EmitterSample, LightBvh, Sight};
-use crate::math::{Choice, Discrete};
+use super::{ChoicePolicy, Emitter, EmitterSample, EmitterSamples, LightBvh, Sight};
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::{Choice, Discrete, vector as real};
 
 /// A point that light is to arrive at.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +16,30 @@ pub struct Receiver {
     pub normal: Vec3A,
     /// Whether light that arrives on the other side is of use too.
     pub both_sides: bool,
+}
+
+/// A [`Receiver`] in each lane, all of one material.
+#[derive(Clone, Copy, Debug)]
+pub struct Receivers<R: Real> {
+    /// See [`Receiver::position`].
+    pub position: real::Vec3<R::Double>,
+    /// See [`Receiver::normal`].
+    pub normal: real::Vec3<R>,
+    /// See [`Receiver::both_sides`].
+    pub both_sides: bool,
+}
+
+impl<R: Real> Receivers<R> {
+    /// That of one lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, i: usize) -> Receiver {
+        Receiver {
+            position: self.position.lane(i).into(),
+            normal: self.normal.lane(i).into(),
+            both_sides: self.both_sides,
+        }
+    }
 }
 
 /// What [`EmitterChoice::sample`] chose.
@@ -37,6 +62,8 @@ pub struct EmitterChoice {
     /// `None` if no emitter emits.
     distribution: Option<Discrete>,
     tree: Option<Tree>,
+    /// Whether there is nothing to choose from but one emitter.
+    is_alone: bool,
 }
 
 /// A light BVH over parts of emitters.
@@ -85,7 +112,9 @@ impl EmitterChoice {
         };
         let weights = powers.iter().map(|&power| weight(power));
         let weights: Vec<_> = weights.chain(tree.as_ref().map(|_| 1.0)).collect();
-        Self { distribution: Discrete::new(&weights), tree }
+        let distribution = Discrete::new(&weights);
+        let is_alone = emitters.len() == 1 && tree.is_none() && distribution.is_some();
+        Self { distribution, tree, is_alone }
     }
 
     /// An emitter, chosen by `u` in `[0, 1)`. `None` if none emits, or none towards the receiver.
@@ -109,7 +138,6 @@ impl EmitterChoice {
 
     /// Light from one of the `emitters` that this is a choice among, chosen by `u` in `[0, 1)²`; weight and density
     /// are those of the direction among all. `None` if no light can be found.
-    #[inline]
     #[must_use]
     pub fn sample_toward(
         &self,
@@ -117,16 +145,61 @@ impl EmitterChoice {
         receiver: &Receiver,
         u: DVec2,
     ) -> Option<EmitterSample> {
-        let Chosen { emitter, part, probability, rest } = self.sample(receiver, u.x)?;
-        let (emitter, u) = (&emitters[emitter], DVec2::new(rest, u.y));
-        let mut sample = match part {
-            None => emitter.sample_toward(receiver.position, u),
-            Some(part) => emitter.sample_part_toward(part, receiver.position, u),
-        }?;
-        let probability = probability as f32;
-        sample.weight /= probability;
-        sample.pdf *= probability;
-        Some(sample)
+        let Receiver { position, normal, both_sides } = *receiver;
+        let receivers = Receivers { position: position.into(), normal: normal.into(), both_sides };
+        self.sample_toward_each::<f32>(emitters, &receivers, u.into(), true).lane(0)
+    }
+
+    /// The same in each lane where it is `wanted`. The emitter is chosen lane by lane, unless there is one alone; lanes that
+    /// chose the same are answered together.
+    #[inline(always)]
+    #[must_use]
+    pub fn sample_toward_each<R: Real>(
+        &self,
+        emitters: &[Box<dyn Emitter>],
+        receivers: &Receivers<R>,
+        u: real::Vec2<R::Double>,
+        wanted: R::Mask,
+    ) -> EmitterSamples<R> {
+        let token = wanted.token();
+        if self.is_alone {
+            return emitters[0].sample(None, receivers.position, u);
+        }
+        let chosen = R::each(|i| {
+            let is_wanted = wanted.lane(i);
+            is_wanted.then(|| self.sample(&receivers.lane(i), u.x.lane(i))).flatten()
+        });
+        let chosen = chosen.as_ref();
+        let rest = R::Double::from_fn(token, |i| chosen[i].map_or(0.0, |chosen| chosen.rest));
+        let u = real::Vec2::new(rest, u.y);
+        let mut samples = EmitterSamples::<R>::splat(token, None);
+        let mut answered = R::Mask::splat(token, false);
+        for first in 0..R::LANES {
+            let Some(Chosen { emitter, part, .. }) = chosen[first] else { continue };
+            if answered.lane(first) {
+                continue;
+            }
+            let same = R::mask(token, |i| chosen[i].is_some_and(|other| other.emitter == emitter));
+            let chosen_emitter = emitters[emitter].as_ref();
+            let sampled = if same.count() == 1 {
+                let part = part.map(|part| [part as u32]);
+                let (from, u) = (receivers.position.lane(first), u.lane(first));
+                let sample = chosen_emitter.sample::<f32>(part, from, u).lane(0);
+                EmitterSamples::splat(token, sample.as_ref())
+            } else {
+                // In the other lanes any part will do.
+                let part_of = |i: usize| chosen[i].filter(|other| other.emitter == emitter)?.part;
+                let parts = part.map(|first| R::each(|i| part_of(i).unwrap_or(first) as u32));
+                chosen_emitter.sample(parts, receivers.position, u)
+            };
+            samples = EmitterSamples::select(same, &sampled, &samples);
+            answered |= same;
+        }
+        let probability =
+            R::from_fn(token, |i| chosen[i].map_or(1.0, |chosen| chosen.probability as f32));
+        samples.weight = samples.weight / probability;
+        samples.pdf *= probability;
+        samples
     }
 
     /// Density with which [`EmitterChoice::sample_toward`] chooses what is seen of an emitter, in sr⁻¹.

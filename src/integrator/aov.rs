@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3A};
 
 use super::plugin::{Plugin, Told};
-use super::tracer::Shading;
+use super::shading::Shading;
 use super::{IntegratorSettings, Parts, Settings, Tracer, Vertex};
 use crate::film::{AovKind, AovLayer};
 use crate::property::named::{did_you_mean, quoted};
@@ -156,7 +156,7 @@ fn triple(kind: AovKind, vertex: &Vertex<'_>, ray: &Ray) -> Vec3A {
         AovKind::Position => vertex.surface.position.as_vec3a(),
         AovKind::GeometricNormal => vertex.surface.geometric_normal,
         AovKind::ShadingNormal => vertex.surface.shading_normal,
-        AovKind::Albedo => Shading::new(vertex, ray).albedo(),
+        AovKind::Albedo => Shading::of_vertex(vertex, ray).albedo(),
         AovKind::Depth | AovKind::Uv | AovKind::ShapeIndex | AovKind::PrimitiveIndex => {
             unreachable!("has one or two components")
         }

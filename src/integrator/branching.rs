@@ -1,10 +1,11 @@
 //! The lecture's recursive estimator, kept to show what it costs.
 
+use super::Vertex;
 use super::directions::{self, DIRECTIONS};
 use super::knobs::{Knob, Needs, Turn};
 use super::plugin::{Common, HIDE_EMITTERS, MOST_SAMPLES, Plugin};
 use super::settings::edges;
-use super::tracer::{Shading, Vertex};
+use super::shading::Shading;
 use super::{DirectionSampling, Estimate, Integrator, IntegratorSettings, Parts, Settings, Tracer};
 use crate::math::Rgb;
 use crate::property::given::chosen;
@@ -168,7 +169,7 @@ impl Branching {
         if edges >= self.max_depth {
             return Rgb::ZERO;
         }
-        let shading = Shading::new(vertex, ray);
+        let shading = Shading::of_vertex(vertex, ray);
         let mut sum = Rgb::ZERO;
         for _ in 0..self.branches {
             let Some((direction, weight)) = shading.scatter(self.directions, sampler) else {

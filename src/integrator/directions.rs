@@ -1,10 +1,10 @@
 //! How the next direction of a path is chosen.
 
-use glam::{Vec2, Vec3A};
-
 use super::knobs::Needs;
-use super::tracer::Shading;
-use crate::bsdf::{Bsdf, BsdfSample, Flags, Lobe, Place};
+use super::shading::Shading;
+use crate::bsdf::{Flags, Scattered};
+use crate::math::real::Real;
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::warp;
 use crate::property::named::names;
 use crate::property::{Default, Kind, Named, PropertyInfo, property};
@@ -40,27 +40,30 @@ pub(super) const DIRECTIONS: PropertyInfo = property(
 pub(super) const NEEDS: Needs = Needs::Reason("integrator `direct_uniform` has only one way");
 
 impl DirectionSampling {
-    /// A direction to go on; see [`Bsdf::sample`], which is asked where this is [`DirectionSampling::Bsdf`]
-    /// and for all materials with delta lobes, that no hemisphere would find.
-    // Inlined, so that the shading need not be in memory.
+    /// A direction to go on; see [`Bsdf::sample`](crate::bsdf::Bsdf::sample), which is asked where this is
+    /// [`DirectionSampling::Bsdf`] and for all materials with delta lobes, that no hemisphere would find.
     #[inline(always)]
-    pub(super) fn sample(self, shading: &Shading<'_>, u: Vec2) -> Option<BsdfSample> {
-        let Shading { bsdf, flags, wi, .. } = *shading;
-        match self.unless_delta(flags) {
-            Self::Bsdf => bsdf.sample(&shading.place, wi, u),
-            hemisphere => hemisphere.sample_hemisphere(bsdf, flags, &shading.place, wi, u),
+    pub(super) fn sample<R: Real>(self, shading: &Shading<'_, R>, u: Vec2<R>) -> Scattered<R> {
+        match self.unless_delta(shading.flags) {
+            Self::Bsdf => shading.bsdf.scatter(&shading.place, shading.wi, u),
+            hemisphere => hemisphere.sample_hemisphere(shading, u),
         }
     }
 
-    /// Density with which [`DirectionSampling::sample`] chooses `wo`, in sr⁻¹.
+    /// f·|cosθ| towards `wo`, and the density with which [`DirectionSampling::sample`] chooses that, in sr⁻¹.
     #[inline(always)]
-    pub(super) fn pdf(self, shading: &Shading<'_>, wo: Vec3A) -> f32 {
-        match self.unless_delta(shading.flags) {
-            Self::Bsdf => shading.bsdf.pdf(&shading.place, shading.wi, wo),
-            hemisphere if shading.flags.transmits => 0.5 * hemisphere.hemisphere_pdf(wo),
-            hemisphere if shading.wi.z * wo.z > 0.0 => hemisphere.hemisphere_pdf(wo),
-            _ => 0.0,
-        }
+    pub(super) fn evaluate<R: Real>(self, shading: &Shading<'_, R>, wo: Vec3<R>) -> (Vec3<R>, R) {
+        let Shading { bsdf, flags, place, wi, .. } = shading;
+        let (value, of_material) = bsdf.evaluate(place, *wi, wo);
+        let pdf = match self.unless_delta(*flags) {
+            Self::Bsdf => of_material,
+            hemisphere if flags.transmits => hemisphere.hemisphere_pdf(wo) * 0.5,
+            hemisphere => {
+                let reflected = (wi.z * wo.z).gt(0.0);
+                R::select(reflected, hemisphere.hemisphere_pdf(wo), 0.0)
+            }
+        };
+        (value, pdf)
     }
 
     /// The technique that is used for a material.
@@ -68,45 +71,34 @@ impl DirectionSampling {
         if flags.delta { Self::Bsdf } else { self }
     }
 
-    #[inline(never)]
-    fn sample_hemisphere(
-        self,
-        bsdf: &dyn Bsdf,
-        flags: Flags,
-        place: &Place,
-        wi: Vec3A,
-        u: Vec2,
-    ) -> Option<BsdfSample> {
-        let warp = match self {
-            Self::UniformHemisphere => warp::square_to_uniform_hemisphere,
-            Self::Bsdf | Self::CosineHemisphere => warp::square_to_cosine_hemisphere,
+    #[inline(always)]
+    fn sample_hemisphere<R: Real>(self, shading: &Shading<'_, R>, u: Vec2<R>) -> Scattered<R> {
+        let Shading { bsdf, flags, place, wi, .. } = shading;
+        let warp = |u| match self {
+            Self::UniformHemisphere => warp::square_to_uniform_hemisphere(u),
+            Self::Bsdf | Self::CosineHemisphere => warp::square_to_cosine_hemisphere(u),
         };
-        let (mut wo, mut choice) = (Vec3A::from(warp(u.into())), 1.0);
+        let (mut wo, mut choice) = (warp(u), 1.0);
         if flags.transmits {
             // Both hemispheres, one half of the numbers each.
             choice = 0.5;
-            wo = warp(Vec2::new((2.0 * u.x).fract(), u.y).into()).into();
-            wo.z = if u.x < 0.5 { wo.z } else { -wo.z };
+            let doubled = u.x * 2.0;
+            wo = warp(Vec2::new(doubled - doubled.floor(), u.y));
+            wo.z = R::select(u.x.lt(0.5), wo.z, -wo.z);
         }
         wo.z = wo.z.copysign(wo.z * wi.z);
         let pdf = self.hemisphere_pdf(wo) * choice;
-        (pdf > 0.0).then(|| BsdfSample {
-            wo,
-            weight: bsdf.eval(place, wi, wo) / pdf,
-            pdf,
-            lobe: Lobe::Smooth,
-            eta: 1.0,
-        })
+        let (value, _) = bsdf.evaluate(place, *wi, wo);
+        Scattered::smooth(pdf.gt(0.0), wo, value / pdf, pdf)
     }
 
     /// Density in the hemisphere of `wo`.
-    fn hemisphere_pdf(self, wo: Vec3A) -> f32 {
-        let above = Vec3A::new(wo.x, wo.y, wo.z.abs());
+    #[inline(always)]
+    fn hemisphere_pdf<R: Real>(self, wo: Vec3<R>) -> R {
+        let above = Vec3::new(wo.x, wo.y, wo.z.abs());
         match self {
-            Self::UniformHemisphere => warp::square_to_uniform_hemisphere_pdf(above.into()),
-            Self::Bsdf | Self::CosineHemisphere => {
-                warp::square_to_cosine_hemisphere_pdf(above.into())
-            }
+            Self::UniformHemisphere => warp::square_to_uniform_hemisphere_pdf(above),
+            Self::Bsdf | Self::CosineHemisphere => warp::square_to_cosine_hemisphere_pdf(above),
         }
     }
 }

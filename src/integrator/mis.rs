@@ -1,5 +1,7 @@
 //! Multiple importance sampling: how two techniques that can choose the same direction share it.
 
+use crate::math::real::Real;
+
 /// How the two are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MisHeuristic {
@@ -27,16 +29,15 @@ impl MisHeuristic {
     /// Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering" (1995),
     /// equations 9 and 10. Written with the quotient of the densities, whose square
     /// underflows to 0 or overflows to infinity where the squares of both would give 0/0 or ∞/∞.
+    #[inline(always)]
     #[must_use]
-    pub fn weight(self, own: f32, other: f32) -> f32 {
-        if own.is_nan() || own <= 0.0 {
-            return 0.0;
-        }
+    pub fn weight<R: Real>(self, own: R, other: R) -> R {
         let ratio = other / own;
-        match self {
-            Self::Balance => 1.0 / (1.0 + ratio),
-            Self::Power => 1.0 / (1.0 + ratio * ratio),
-        }
+        let ratio = match self {
+            Self::Balance => ratio,
+            Self::Power => ratio * ratio,
+        };
+        R::select(own.gt(0.0), (ratio + 1.0).recip(), 0.0)
     }
 }
 
@@ -56,7 +57,7 @@ mod tests {
             (f32::INFINITY, 1.0, 1.0),
             (0.0, 0.0, 0.0),
         ] {
-            assert_eq!(MisHeuristic::Power.weight(own, other), expected, "({own}, {other})");
+            assert_eq!(MisHeuristic::Power.weight::<f32>(own, other), expected, "({own}, {other})");
         }
     }
 
@@ -66,7 +67,7 @@ mod tests {
         for heuristic in [MisHeuristic::Balance, MisHeuristic::Power] {
             for i in -60..60 {
                 let other = 1.3f32.powi(i);
-                let sum = heuristic.weight(1.0, other) + heuristic.weight(other, 1.0);
+                let sum = heuristic.weight::<f32>(1.0, other) + heuristic.weight(other, 1.0);
                 assert!((sum - 1.0).abs() < 8.0 * f32::EPSILON, "{heuristic:?} {other}: {sum}");
             }
         }

@@ -17,6 +17,7 @@ pub mod path;
 pub mod plugin;
 pub mod roulette;
 pub mod settings;
+mod shading;
 mod tracer;
 
 pub use ambient_occlusion::{AmbientOcclusion, AmbientOcclusionSettings};

@@ -3,7 +3,8 @@
 use super::knobs::{Needs, Turned};
 use super::plugin::MOST_EDGES;
 use super::settings::Reason;
-use crate::math::Rgb;
+use crate::math::real::{Mask, Real};
+use crate::math::vector::Vec3;
 use crate::property::{
     self, At, Bounds, Given, Kind, Nothing, PropertyInfo, Refusal, Value, property,
 };
@@ -190,35 +191,58 @@ impl Default for Roulette {
 }
 
 impl Roulette {
-    /// Plays for a path of `edges` edges: the factor by which its throughput is to be multiplied if it
-    /// goes on, `None` if it ends.
+    /// Plays for paths: the factors by which their throughputs are to be multiplied, and which of them go on. Those of fewer
+    /// than [`Roulette::min_depth`] edges are `young`.
     ///
     /// `throughput` is the path's own, undone of the scaling by squared refractive indices. Only the 1/p
-    /// of this step compensates. `u` in `[0, 1)` is drawn only where chance decides.
-    pub(super) fn play(&self, edges: u32, throughput: Rgb, u: impl FnOnce() -> f32) -> Option<f32> {
-        let largest = throughput.max_element();
-        // Nothing left to carry, or no number.
-        if largest.is_nan() || largest <= 0.0 {
-            return None;
-        }
+    /// of this step compensates. Numbers in `[0, 1)` are drawn only where chance decides.
+    #[inline(always)]
+    pub(super) fn play<R: Real>(
+        &self,
+        young: R::Mask,
+        throughput: Vec3<R>,
+        draw: impl FnOnce(R::Mask) -> R,
+    ) -> (R, R::Mask) {
+        let token = young.token();
+        let Vec3 { x, y, z } = throughput;
+        let largest = x.max(y).max(z);
+        // Something is left to carry, and it is a number.
+        let carries = x.eq(x) & y.eq(y) & z.eq(z) & largest.gt(0.0);
         let survival = match self.policy {
-            _ if edges < self.min_depth => return Some(1.0),
-            RoulettePolicy::None => return Some(1.0),
-            RoulettePolicy::Fixed(p) => p,
+            RoulettePolicy::None => return (R::splat(token, 1.0), carries),
+            RoulettePolicy::Fixed(p) => R::splat(token, p),
             RoulettePolicy::Throughput => largest,
-        }
-        .min(self.max_survival);
+        };
+        let survival = survival.min(self.max_survival);
         // Below the normal range 1/p would be infinite.
-        (survival >= f32::MIN_POSITIVE && u() < survival).then(|| 1.0 / survival)
+        let plays = carries & !young & survival.ge(f32::MIN_POSITIVE);
+        let mut goes_on = carries & young;
+        if plays.any() {
+            goes_on |= plays & draw(plays).lt(survival);
+        }
+        (R::select(young, 1.0, survival.recip()), goes_on)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Rgb;
 
     const THROUGHPUT: Roulette =
         Roulette { policy: RoulettePolicy::Throughput, min_depth: 3, max_survival: 0.99 };
+
+    /// What becomes of one path.
+    fn play(
+        roulette: Roulette,
+        edges: u32,
+        throughput: Rgb,
+        draw: impl FnOnce() -> f32,
+    ) -> Option<f32> {
+        let young = edges < roulette.min_depth;
+        let (factor, goes_on) = roulette.play::<f32>(young, throughput.into(), |_| draw());
+        goes_on.then_some(factor)
+    }
 
     fn no_draw() -> f32 {
         panic!("no number was needed")
@@ -226,31 +250,31 @@ mod tests {
 
     #[test]
     fn short_paths_go_on_without_a_draw() {
-        assert_eq!(THROUGHPUT.play(2, Rgb::splat(0.1), no_draw), Some(1.0));
+        assert_eq!(play(THROUGHPUT, 2, Rgb::splat(0.1), no_draw), Some(1.0));
         let none = Roulette { policy: RoulettePolicy::None, ..THROUGHPUT };
-        assert_eq!(none.play(100, Rgb::splat(0.1), no_draw), Some(1.0));
+        assert_eq!(play(none, 100, Rgb::splat(0.1), no_draw), Some(1.0));
     }
 
     #[test]
     fn the_factor_is_the_inverse_of_this_steps_probability() {
         let dim = Rgb::new(0.1, 0.25, 0.2);
-        assert_eq!(THROUGHPUT.play(3, dim, || 0.249), Some(4.0));
-        assert_eq!(THROUGHPUT.play(3, dim, || 0.25), None);
+        assert_eq!(play(THROUGHPUT, 3, dim, || 0.249), Some(4.0));
+        assert_eq!(play(THROUGHPUT, 3, dim, || 0.25), None);
         let fixed = Roulette { policy: RoulettePolicy::Fixed(0.5), ..THROUGHPUT };
-        assert_eq!(fixed.play(3, dim, || 0.499), Some(2.0));
-        assert_eq!(fixed.play(3, dim, || 0.5), None);
+        assert_eq!(play(fixed, 3, dim, || 0.499), Some(2.0));
+        assert_eq!(play(fixed, 3, dim, || 0.5), None);
     }
 
     #[test]
     fn survival_is_clamped_where_throughput_exceeds_one() {
-        assert_eq!(THROUGHPUT.play(3, Rgb::splat(2.25), || 0.98), Some(1.0 / 0.99));
-        assert_eq!(THROUGHPUT.play(3, Rgb::splat(2.25), || 0.99), None);
+        assert_eq!(play(THROUGHPUT, 3, Rgb::splat(2.25), || 0.98), Some(1.0 / 0.99));
+        assert_eq!(play(THROUGHPUT, 3, Rgb::splat(2.25), || 0.99), None);
     }
 
     #[test]
     fn paths_that_carry_nothing_end() {
-        assert_eq!(THROUGHPUT.play(0, Rgb::ZERO, no_draw), None);
-        assert_eq!(THROUGHPUT.play(3, Rgb::splat(1e-39), no_draw), None);
-        assert_eq!(THROUGHPUT.play(0, Rgb::NAN, no_draw), None);
+        assert_eq!(play(THROUGHPUT, 0, Rgb::ZERO, no_draw), None);
+        assert_eq!(play(THROUGHPUT, 3, Rgb::splat(1e-39), no_draw), None);
+        assert_eq!(play(THROUGHPUT, 0, Rgb::NAN, no_draw), None);
     }
 }

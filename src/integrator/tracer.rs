@@ -4,14 +4,13 @@ use std::iter;
 
 use glam::{DVec3, Vec3A};
 
-use super::{DirectionSampling, Estimate};
-use crate::bsdf::{Bsdf, BsdfSample, Flags, Needs, Place, shading_normal};
-use crate::emitter::{Emitter, Receiver, Sight};
+use super::Estimate;
+use crate::bsdf::Bsdf;
+use crate::emitter::{Emitter, Sight};
 use crate::intersect::Intersector;
-use crate::math::vector::Vec3;
-use crate::math::{Frame, Rgb};
-use crate::ray::{Hit, Ray};
-use crate::sampler::PathSampler;
+use crate::math::Rgb;
+use crate::math::real::Level;
+use crate::ray::{Hit, Ray, Rays};
 use crate::scene::{Object, Scene};
 use crate::shape::SurfacePoint;
 
@@ -48,6 +47,7 @@ impl std::ops::AddAssign for RayCounts {
 pub struct Tracer<'a> {
     scene: &'a Scene,
     engine: &'a dyn Intersector,
+    level: Level,
     /// Rays traced so far.
     pub counts: RayCounts,
 }
@@ -73,26 +73,21 @@ pub(super) enum CameraView {
     Behind(Ray),
 }
 
-impl Vertex<'_> {
-    /// The shading normal as the material sees it from the start of `ray`.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    fn normal(&self, ray: &Ray) -> Vec3A {
-        let SurfacePoint { shading_normal, geometric_normal, .. } = self.surface;
-        if shading_normal == geometric_normal {
-            return shading_normal;
-        }
-        let interface = self.bsdf.interface();
-        let [shading, geometric] = [shading_normal, geometric_normal].map(Vec3::from);
-        shading_normal::bend(shading, geometric, Vec3::from(-ray.direction), interface).into()
-    }
-}
-
 impl<'a> Tracer<'a> {
     /// `engine` must have been built over the shapes of `scene`.
     #[must_use]
     pub fn new(scene: &'a Scene, engine: &'a dyn Intersector) -> Self {
-        Self { scene, engine, counts: RayCounts::default() }
+        Self { scene, engine, level: Level::detect(), counts: RayCounts::default() }
+    }
+
+    /// The same with the instructions of this level: with the same answers.
+    #[must_use]
+    pub fn at_level(self, level: Level) -> Self {
+        Self { level, ..self }
+    }
+
+    pub(super) fn level(&self) -> Level {
+        self.level
     }
 
     /// The scene.
@@ -107,7 +102,7 @@ impl<'a> Tracer<'a> {
     pub fn closest_vertex(&mut self, ray: &Ray) -> Option<Vertex<'a>> {
         self.counts.closest += 1;
         let Some(hit) = self.engine.closest_hit(ray) else {
-            self.count_untraceable(iter::once(ray));
+            self.count_untraceable(iter::once(*ray));
             return None;
         };
         Some(self.vertex(ray, hit))
@@ -126,24 +121,24 @@ impl<'a> Tracer<'a> {
     }
 
     /// [`Intersector::closest_hit`] of each ray.
-    pub(super) fn closest_hits(&mut self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    pub(super) fn closest_hits(&mut self, rays: &Rays, hits: &mut [Option<Hit>]) {
         self.counts.closest += rays.len() as u64;
         self.engine.closest_hits(rays, hits);
-        let missed = rays.iter().zip(hits).filter(|(_, hit)| hit.is_none());
-        self.count_untraceable(missed.map(|(ray, _)| ray));
+        let missed = (0..rays.len()).filter(|&i| hits[i].is_none());
+        self.count_untraceable(missed.map(|i| rays.get(i)));
     }
 
     /// [`Tracer::occluded`] of each ray.
-    pub(super) fn occluded_many(&mut self, rays: &[Ray], occluded: &mut [bool]) {
+    pub(super) fn occluded_many(&mut self, rays: &Rays, occluded: &mut [bool]) {
         self.counts.occlusion += rays.len() as u64;
         self.engine.occluded_many(rays, occluded);
-        let free = rays.iter().zip(occluded).filter(|(_, occluded)| !**occluded);
-        self.count_untraceable(free.map(|(ray, _)| ray));
+        let free = (0..rays.len()).filter(|&i| !occluded[i]);
+        self.count_untraceable(free.map(|i| rays.get(i)));
     }
 
     /// Counts among rays that found nothing, which is what engines say to untraceable ones.
     #[inline(always)]
-    fn count_untraceable<'r>(&mut self, rays: impl Iterator<Item = &'r Ray>) {
+    fn count_untraceable(&mut self, rays: impl Iterator<Item = Ray>) {
         self.counts.untraceable += rays.filter(|ray| !ray.is_traceable()).count() as u64;
     }
 
@@ -195,7 +190,7 @@ impl<'a> Tracer<'a> {
         self.counts.occlusion += 1;
         let occluded = self.engine.occluded(ray);
         if !occluded {
-            self.count_untraceable(iter::once(ray));
+            self.count_untraceable(iter::once(*ray));
         }
         occluded
     }
@@ -230,122 +225,4 @@ pub(super) fn sight<'v>(
 ) -> Sight<'v> {
     let surface = vertex.map(|v| (&v.hit, &v.surface));
     Sight { from, direction, surface }
-}
-
-/// A vertex as its material sees it: a frame around the shading normal, bent where it has to be
-/// ([`shading_normal`]), and the rule that the geometric normal decides what is a reflection.
-#[derive(Debug)]
-pub(super) struct Shading<'a> {
-    pub(super) bsdf: &'a dyn Bsdf,
-    pub(super) flags: Flags,
-    pub(super) place: Place,
-    frame: Frame,
-    geometric_normal: Vec3A,
-    /// Where the path came from, local.
-    pub(super) wi: Vec3A,
-    /// Cosine of the same with the geometric normal.
-    cos_geometric: f32,
-}
-
-impl<'a> Shading<'a> {
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    pub(super) fn new(vertex: &Vertex<'a>, ray: &Ray) -> Self {
-        let geometric_normal = vertex.surface.geometric_normal;
-        let flags = vertex.bsdf.flags();
-        let normal = vertex.normal(ray);
-        let mut shading = Self {
-            bsdf: vertex.bsdf,
-            flags,
-            place: Place::default(),
-            frame: Frame::from_normal(normal.into()),
-            geometric_normal,
-            wi: Vec3A::ZERO,
-            cos_geometric: -ray.direction.dot(geometric_normal),
-        };
-        // Filled in where it is, since copies of it cost more than the rest.
-        if flags.needs != Needs::Nothing {
-            shading.look_up(vertex, ray);
-        }
-        shading.wi = shading.frame.to_local((-ray.direction).into()).into();
-        shading
-    }
-
-    /// The place as far as the material needs it. With tangents x of the frame is the direction in which the
-    /// first texture coordinate grows.
-    #[inline(never)]
-    fn look_up(&mut self, vertex: &Vertex<'a>, ray: &Ray) {
-        let shape = vertex.object.shape.as_ref();
-        self.place.uv = shape.uv(ray, &vertex.hit).into();
-        if self.flags.needs != Needs::Tangents {
-            return;
-        }
-        let [dp_du, dp_dv] = shape.tangents(ray, &vertex.hit);
-        self.frame = Frame::from_normal_and_tangent(self.frame.n, dp_du.into());
-        self.place.dp_du = self.frame.to_local(dp_du.into());
-        self.place.dp_dv = self.frame.to_local(dp_dv.into());
-        self.place.geometric_normal = self.frame.to_local(self.geometric_normal.into());
-    }
-
-    /// See [`Bsdf::albedo`].
-    pub(super) fn albedo(&self) -> Rgb {
-        self.bsdf.albedo(&self.place, self.wi)
-    }
-
-    /// A direction for the path to go on, in the world, with the weight f·|cosθ|/pdf. `None` where it
-    /// ends.
-    pub(super) fn scatter(
-        &self,
-        directions: DirectionSampling,
-        sampler: &mut PathSampler<'_>,
-    ) -> Option<(Vec3A, Rgb)> {
-        let sample = directions.sample(self, sampler.next_2d())?;
-        Some((self.onward(&sample)?, sample.weight))
-    }
-
-    /// This vertex as one that light is to arrive at: what does not transmit needs none from behind.
-    #[inline]
-    pub(super) fn receiver(&self, surface: &SurfacePoint) -> Receiver {
-        let normal = self.geometric_normal;
-        Receiver {
-            position: surface.position,
-            normal: if self.cos_geometric < 0.0 { -normal } else { normal },
-            both_sides: self.flags.transmits,
-        }
-    }
-
-    pub(super) fn to_local(&self, direction: Vec3A) -> Vec3A {
-        self.frame.to_local(direction.into()).into()
-    }
-
-    /// The direction of a sample in the world; `None` where it would leak.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    pub(super) fn onward(&self, sample: &BsdfSample) -> Option<Vec3A> {
-        let mut direction = Vec3A::from(self.frame.to_world(sample.wo.into()));
-        if sample.lobe.is_delta() {
-            // It comes from the one before it: its length would drift, by 1e-4 in ten thousand bounces.
-            direction = direction.normalize();
-        }
-        self.sides_agree(sample.wo, direction).then_some(direction)
-    }
-
-    /// Whether the shading normal and the geometric normal agree on which side of the surface `wo` is
-    /// (local and world form of one direction): whether it is a reflection for both, or for neither.
-    /// Where they do not, light would leak through the surface (Veach 1997, section 5.3).
-    fn sides_agree(&self, wo: Vec3A, wo_world: Vec3A) -> bool {
-        let reflected = self.wi.z * wo.z > 0.0;
-        let reflected_geometrically =
-            self.cos_geometric * self.geometric_normal.dot(wo_world) > 0.0;
-        reflected == reflected_geometrically
-    }
-
-    /// f·|cosθ| towards a world direction; 0 where the normals disagree about the side.
-    pub(super) fn eval(&self, wo: Vec3A, wo_world: Vec3A) -> Rgb {
-        if self.sides_agree(wo, wo_world) {
-            self.bsdf.eval(&self.place, self.wi, wo)
-        } else {
-            Rgb::ZERO
-        }
-    }
 }

@@ -9,7 +9,7 @@ use std::fmt::{self, Debug, Display, Formatter};
 use std::str::FromStr;
 use std::sync::Arc;
 
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, Rays};
 use crate::shape::Shape;
 
 pub mod accel;
@@ -40,13 +40,13 @@ pub trait Intersector: Debug + Send + Sync {
     ///
     /// # Panics
     /// If the lengths differ.
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
+    fn closest_hits(&self, rays: &Rays, hits: &mut [Option<Hit>]);
 
     /// [`Intersector::occluded`] of each ray, written to the same place of `occluded`.
     ///
     /// # Panics
     /// If the lengths differ.
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]);
+    fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]);
 
     /// Bytes that the acceleration structure occupies, without the shapes' own buffers.
     fn bytes(&self) -> usize;
@@ -155,9 +155,9 @@ fn reach(shapes: &[Arc<dyn Shape>]) -> f32 {
 }
 
 /// Answers a batch ray by ray.
-fn for_each_ray<T>(rays: &[Ray], answers: &mut [T], answer: impl Fn(&Ray) -> T) {
+fn for_each_ray<T>(rays: &Rays, answers: &mut [T], answer: impl Fn(&Ray) -> T) {
     assert_eq!(rays.len(), answers.len(), "one answer for each ray");
     for (ray, slot) in rays.iter().zip(answers) {
-        *slot = answer(ray);
+        *slot = answer(&ray);
     }
 }

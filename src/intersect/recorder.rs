@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::Intersector;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, Rays};
 
 /// Passes rays on to another engine and keeps them with its answers, in the order of the questions.
 #[derive(Debug)]
@@ -62,14 +62,14 @@ impl Intersector for Recorder<'_> {
         occluded
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn closest_hits(&self, rays: &Rays, hits: &mut [Option<Hit>]) {
         self.engine.closest_hits(rays, hits);
-        rays.iter().zip(hits).for_each(|(ray, hit)| self.record(ray, Answer::Closest(*hit)));
+        rays.iter().zip(hits).for_each(|(ray, hit)| self.record(&ray, Answer::Closest(*hit)));
     }
 
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]) {
         self.engine.occluded_many(rays, occluded);
-        rays.iter().zip(occluded).for_each(|(ray, &mut o)| self.record(ray, Answer::Occluded(o)));
+        rays.iter().zip(occluded).for_each(|(ray, &mut o)| self.record(&ray, Answer::Occluded(o)));
     }
 
     fn bytes(&self) -> usize {

@@ -20,7 +20,7 @@
 use glam::{DVec3, Vec3A};
 
 use crate::math::UNIT_ROUNDOFF as U;
-use crate::ray::{Ray, RayEnd};
+use crate::ray::{Between, Ray, RayEnd};
 use crate::shape::Analytic;
 
 /// Distances along a ray at which hits are in doubt.
@@ -39,14 +39,14 @@ impl Doubt {
     /// primitives in the plane that is left cos is known; others are in doubt up to 2¹¹ u R, which covers those that the
     /// ray meets at a cosine of more than 2⁻⁶, and starts that are kept from an edge.
     #[inline(always)]
-    pub(super) fn new(ray: &Ray, reach: f32) -> Self {
-        let length = |end: &RayEnd| {
-            let cosine = Vec3A::from(end.normal).dot(ray.direction).abs();
+    pub(super) fn new(ray: Between, reach: f32) -> Self {
+        let length = |normal: Vec3A| {
+            let cosine = normal.dot(ray.direction).abs();
             reach * (4096.0 * U + 64.0 * U / cosine)
         };
         Self {
-            near: ray.start.as_ref().map_or(-1.0, length),
-            far: ray.end.as_ref().map_or(f32::INFINITY, |end| ray.t_max - length(end)),
+            near: ray.start.map_or(-1.0, length),
+            far: ray.end.map_or(f32::INFINITY, |normal| ray.t_max - length(normal)),
         }
     }
 

@@ -2,6 +2,8 @@
 
 use glam::{DVec2, Vec2};
 
+use super::real::{Float, Lanes, Mask, Real};
+
 /// A discrete distribution proportional to given weights, by inversion of its prefix sums.
 #[derive(Clone, Debug)]
 pub struct Discrete {
@@ -71,6 +73,54 @@ impl Discrete {
     }
 }
 
+impl Discrete {
+    /// [`Discrete::sample`] in each lane: of two together, of more lane by lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn sample_each<R: Real>(&self, u: R::Double) -> Choices<R> {
+        let token = u.token();
+        match self.cumulative[..] {
+            [_, _] => Choices {
+                index: R::each(|_| 0),
+                probability: R::Double::splat(token, 1.0),
+                rest: u,
+            },
+            [_, middle, last] if 0.0 < middle && middle < last => {
+                let second = u.ge(middle);
+                let choose = |yes, no| R::Double::select(second, yes, no);
+                let probability = choose(last - middle, middle);
+                let rest = (u - choose(middle, 0.0)) / probability;
+                let most = R::Double::splat(token, 1.0 - f64::EPSILON / 2.0);
+                Choices {
+                    index: R::each(|i| second.lane(i).into()),
+                    probability,
+                    rest: R::Double::select(rest.lt(most), rest, most),
+                }
+            }
+            _ => {
+                let choices = R::each(|i| self.sample(u.lane(i)));
+                let choices = choices.as_ref();
+                Choices {
+                    index: R::each(|i| choices[i].index as u32),
+                    probability: R::Double::from_fn(token, |i| choices[i].probability),
+                    rest: R::Double::from_fn(token, |i| choices[i].rest),
+                }
+            }
+        }
+    }
+}
+
+/// A [`Choice`] in each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Choices<R: Real> {
+    /// See [`Choice::index`].
+    pub index: R::Each<u32>,
+    /// See [`Choice::probability`].
+    pub probability: R::Double,
+    /// See [`Choice::rest`].
+    pub rest: R::Double,
+}
+
 /// What [`Discrete::sample`] chose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
@@ -116,6 +166,19 @@ mod tests {
         assert_eq!(d.probability(271_828), 1.0);
         assert_eq!(d.probability(0), 0.0);
         assert_eq!(d.probability(1_000_000), 0.0);
+    }
+
+    /// In one lane by both ways; eight are compared with one in `tests/lanes`.
+    #[test]
+    fn both_forms_choose_the_same() {
+        for weights in [&[2.0][..], &[1.0, 3.0], &[0.0, 3.0], &[3.0, 0.0], &[1.0, 0.0, 2.0, 5.0]] {
+            let d = Discrete::new(weights).expect("positive weights");
+            for u in [0.0, 1e-300, 0.1, 0.25, 0.25 - 1e-17, 0.3, 0.9, 1.0 - f64::EPSILON / 2.0] {
+                let Choices { index, probability, rest } = d.sample_each::<f32>(u);
+                let each = Choice { index: index[0] as usize, probability, rest };
+                assert_eq!(each, d.sample(u), "{weights:?} {u}");
+            }
+        }
     }
 
     #[test]

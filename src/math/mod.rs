@@ -14,7 +14,7 @@ pub mod warp;
 
 pub use aabb::Aabb;
 pub use cone::Cone;
-pub use discrete::{Choice, Discrete};
+pub use discrete::{Choice, Choices, Discrete};
 pub use frame::Frame;
 pub use keys::{Keys, KeysError};
 pub use motion::Motion;

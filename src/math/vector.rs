@@ -3,6 +3,7 @@
 //! `Vec3<f32>` is one vector. glam is for what is set up once, these are for what runs for each path; [`From`]
 //! converts between `Vec3<f32>` and glam's.
 
+use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::real::{Double, Float, Lanes, Lift, Mask, Real};
@@ -156,12 +157,12 @@ macro_rules! vector {
             type Lane = $Vector<R::Lane>;
             type Mask = R::Mask;
             type Token = R::Token;
-            type Each<T: Copy> = R::Each<T>;
+            type Each<T: Copy + Debug> = R::Each<T>;
 
             const LANES: usize = R::LANES;
 
             #[inline(always)]
-            fn each<T: Copy>(of: impl FnMut(usize) -> T) -> R::Each<T> {
+            fn each<T: Copy + Debug>(of: impl FnMut(usize) -> T) -> R::Each<T> {
                 R::each(of)
             }
 
@@ -197,6 +198,11 @@ macro_rules! vector {
                 for (i, value) in values.iter_mut().enumerate() {
                     *value = self.lane(i);
                 }
+            }
+
+            #[inline(always)]
+            fn compress(self, mask: R::Mask) -> Self {
+                self.map(|component| component.compress(mask))
             }
 
             #[inline(always)]

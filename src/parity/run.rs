@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::oracle::Encounter;
 use super::{Answer, Budget, Class, Family, Oracle, Query, RaySource, Report};
 use crate::intersect::Intersector;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, Rays};
 
 /// An engine that takes part in a run.
 #[derive(Clone, Debug)]
@@ -250,13 +250,14 @@ impl Job<'_> {
         // Written once before the clock starts, so that it does not measure the first touch of memory.
         let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
         let mut occluded = vec![false; rays.len()];
+        let columns: Vec<Rays> = rays.chunks(BATCH).map(Rays::from_iter).collect();
         let start = Instant::now();
         let batches =
             rays.chunks(BATCH).zip(hits.chunks_mut(BATCH).zip(occluded.chunks_mut(BATCH)));
-        for (rays, (hits, occluded)) in batches {
+        for ((rays, (hits, occluded)), columns) in batches.zip(&columns) {
             match query {
-                Query::ClosestBatch => engine.closest_hits(rays, hits),
-                Query::OccludedBatch => engine.occluded_many(rays, occluded),
+                Query::ClosestBatch => engine.closest_hits(columns, hits),
+                Query::OccludedBatch => engine.occluded_many(columns, occluded),
                 Query::Closest | Query::Occluded => {
                     for (ray, (hit, occluded)) in rays.iter().zip(hits.iter_mut().zip(occluded)) {
                         if query == Query::Closest {

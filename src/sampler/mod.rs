@@ -10,69 +10,52 @@ use glam::{DVec2, Vec2};
 
 mod bits;
 pub mod independent;
+pub mod path;
+pub mod sequence;
 pub mod settings;
 pub mod sobol;
 
 pub use independent::Independent;
+pub use path::{PathSampler, PathSamplers};
+pub use sequence::{Asked, PathKeys, Sequence};
 pub use settings::{About, SamplerKind, SamplerSettings, UnknownSampler};
 pub use sobol::Sobol;
+
+use crate::math::real::{Level, Rows, Uint};
 
 /// A family of points in the unit cube.
 pub trait Sampler: Debug + Send + Sync {
     /// What identifies a path: computed once, handed back for each of its numbers.
     fn path(&self, pixel: u32, sample: u32) -> PathKey;
 
+    /// The bits of what is asked for, as a [`Sequence`] has them; a type that is one is a sampler.
+    fn bits(&self, asked: Asked, path: PathKey, dimension: u32) -> [u32; 3];
+
+    /// The same in eight lanes: from the bits of both halves of keys, the upper first, and of dimensions.
+    fn bits_of_eight(&self, level: Level, asked: Asked, paths: &Rows<3>) -> Rows<3>;
+
     /// One number in `[0, 1)`.
-    fn get_1d(&self, path: PathKey, dimension: u32) -> f32;
+    fn get_1d(&self, path: PathKey, dimension: u32) -> f32 {
+        let [x, ..] = self.bits(Asked::One, path, dimension);
+        x.to_unit()
+    }
 
     /// Two numbers in `[0, 1)`, for `dimension` and the one after it.
-    fn get_2d(&self, path: PathKey, dimension: u32) -> Vec2;
+    fn get_2d(&self, path: PathKey, dimension: u32) -> Vec2 {
+        let [x, y, _] = self.bits(Asked::Two, path, dimension);
+        Vec2::new(x.to_unit(), y.to_unit())
+    }
 
-    /// The same for a point that is chosen among many surfaces: the first number has more bits than an f32, as
+    /// The same for a point that is chosen among many surfaces: the first number has 40 bits, as
     /// a choice among a million takes 20 and what is left of it is one of the point's coordinates.
-    fn get_choice(&self, path: PathKey, dimension: u32) -> DVec2;
+    fn get_choice(&self, path: PathKey, dimension: u32) -> DVec2 {
+        sequence::choice::<f32>(self.bits(Asked::Choice, path, dimension)).into()
+    }
 }
 
 /// A path's identity, in a form that its sampler chose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PathKey(pub u64);
-
-/// The numbers of one path, one after the other.
-#[derive(Debug)]
-pub struct PathSampler<'a> {
-    sampler: &'a dyn Sampler,
-    key: PathKey,
-    dimension: u32,
-}
-
-impl<'a> PathSampler<'a> {
-    /// The numbers of sample `sample` of pixel `pixel` (its index in the whole film, row by row).
-    #[must_use]
-    pub fn new(sampler: &'a dyn Sampler, pixel: u32, sample: u32) -> Self {
-        Self { sampler, key: sampler.path(pixel, sample), dimension: 0 }
-    }
-
-    /// The next number, in `[0, 1)`.
-    pub fn next_1d(&mut self) -> f32 {
-        let dimension = self.dimension;
-        self.dimension += 1;
-        self.sampler.get_1d(self.key, dimension)
-    }
-
-    /// The next two numbers, in `[0, 1)`.
-    pub fn next_2d(&mut self) -> Vec2 {
-        let dimension = self.dimension;
-        self.dimension += 2;
-        self.sampler.get_2d(self.key, dimension)
-    }
-
-    /// The same as [`Sampler::get_choice`] gives them.
-    pub fn next_choice(&mut self) -> DVec2 {
-        let dimension = self.dimension;
-        self.dimension += 2;
-        self.sampler.get_choice(self.key, dimension)
-    }
-}
 
 /// The sampler that the settings ask for.
 #[must_use]

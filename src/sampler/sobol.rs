@@ -10,10 +10,9 @@
 //! `ZSobolSampler` of pbrt) have the same error in each pixel and spread it as blue noise, at the price
 //! of a count of samples that must be known before the first one, and of noise that hangs together.
 
-use glam::{DVec2, Vec2};
-
-use super::bits::{GOLDEN, mix, to_unit};
-use super::{About, PathKey, Sampler};
+use super::bits::{GOLDEN, lowbias32, mix, pcg3d};
+use super::{About, PathKey, PathKeys, Sequence};
+use crate::math::real::{Mask, Uint};
 
 pub(super) static ABOUT: About = About {
     name: "sobol",
@@ -38,117 +37,110 @@ impl Sobol {
         Self { seed: mix(seed ^ GOLDEN) }
     }
 
-    /// The index of the path's point in the order of one of its sequences, and 64 bits to scramble its
-    /// coordinates.
-    fn point(&self, path: PathKey, sequence: u32) -> (u32, u64) {
-        let pixel = path.0 & !u64::from(u32::MAX);
-        let hash = mix(self.seed ^ (pixel | u64::from(sequence)));
+    /// The index of the path's point in the order of one of its sequences, and bits to scramble its coordinates.
+    #[inline(always)]
+    fn point<U: Uint>(&self, path: PathKeys<U>, sequence: U) -> (U, [U; 2]) {
+        let [low, high] = [self.seed as u32, (self.seed >> 32) as u32];
+        let [order, x, y] = pcg3d([path.high ^ low, sequence ^ high, sequence]);
         // Scrambling the index keeps every aligned run of 2^k samples together.
-        (scramble(path.0 as u32, hash as u32).reverse_bits(), hash)
+        (scramble(path.low, order).reverse_bits(), [x, y])
     }
 
     /// Two coordinates, the first binary digit highest, and bits that belong to both.
-    fn pair(&self, path: PathKey, dimension: u32) -> (u32, u32, u64) {
-        let in_block = dimension.is_multiple_of(2);
-        let sequence = if in_block { BLOCKS | (dimension / 4) } else { dimension };
-        let (index, hash) = self.point(path, sequence);
-        let (x, y, hash) = if in_block && dimension % 4 == 2 {
-            let (x, y) = third_and_fourth(index);
-            (x, y, hash.wrapping_mul(SECOND_HALF))
-        } else {
-            (index, second(index), hash)
-        };
-        let x = scramble(x, (hash >> 32) as u32);
-        let y = scramble(y, (hash.wrapping_mul(GOLDEN) >> 32) as u32);
-        // Both at once.
-        let reversed = ((u64::from(y) << 32) | u64::from(x)).reverse_bits();
-        ((reversed >> 32) as u32, reversed as u32, hash)
+    #[inline(always)]
+    fn pair<U: Uint>(&self, path: PathKeys<U>, dimension: U) -> ([U; 2], U) {
+        let in_block = (dimension & 1).eq(0);
+        let sequence = U::select(in_block, (dimension >> 2) | BLOCKS, dimension);
+        let (index, [mut seed_x, mut seed_y]) = self.point(path, sequence);
+        let [mut x, mut y] = [index, second(index)];
+        let in_second_half = (dimension & 3).eq(2);
+        if in_second_half.any() {
+            let [third, fourth] = third_and_fourth(index);
+            x = U::select(in_second_half, third, x);
+            y = U::select(in_second_half, fourth, y);
+            seed_x = U::select(in_second_half, lowbias32(seed_x), seed_x);
+            seed_y = U::select(in_second_half, lowbias32(seed_y), seed_y);
+        }
+        let (x, y) = (scramble(x, seed_x), scramble(y, seed_y));
+        ([x.reverse_bits(), y.reverse_bits()], seed_x)
     }
 }
 
-impl Sampler for Sobol {
+impl Sequence for Sobol {
     fn path(&self, pixel: u32, sample: u32) -> PathKey {
         // Reversed, as `scramble` takes it.
         PathKey((u64::from(pixel) << 32) | u64::from(sample.reverse_bits()))
     }
 
-    fn get_1d(&self, path: PathKey, dimension: u32) -> f32 {
-        let (index, hash) = self.point(path, dimension);
-        to_unit(scramble(index, (hash >> 32) as u32).reverse_bits())
+    #[inline(always)]
+    fn one<U: Uint>(&self, path: PathKeys<U>, dimension: U) -> U {
+        let (index, [seed, _]) = self.point(path, dimension);
+        scramble(index, seed).reverse_bits()
     }
 
-    fn get_2d(&self, path: PathKey, dimension: u32) -> Vec2 {
-        let (x, y, _) = self.pair(path, dimension);
-        Vec2::new(to_unit(x), to_unit(y))
+    #[inline(always)]
+    fn two<U: Uint>(&self, path: PathKeys<U>, dimension: U) -> [U; 2] {
+        self.pair(path, dimension).0
     }
 
-    /// The first has 40 bits, the last 8 of which are Owen's scrambling of a coordinate that ends before them.
-    fn get_choice(&self, path: PathKey, dimension: u32) -> DVec2 {
-        const ULP: f64 = 1.0 / (1u64 << 40) as f64;
-        let (x, y, hash) = self.pair(path, dimension);
-        let end = mix(hash ^ u64::from(x)) >> 56;
-        DVec2::new(((u64::from(x) << 8) | end) as f64 * ULP, to_unit(y).into())
+    /// What comes after the first 32 bits is Owen's scrambling of a coordinate that ends before them.
+    #[inline(always)]
+    fn choice<U: Uint>(&self, path: PathKeys<U>, dimension: U) -> [U; 3] {
+        let ([x, y], seed) = self.pair(path, dimension);
+        [x, lowbias32(seed ^ x), y]
     }
 }
 
 /// Tells the sequences of blocks from those of single dimensions.
 const BLOCKS: u32 = 1 << 31;
 
-/// Makes other bits for the second half of a block (an odd number whose bits look random).
-const SECOND_HALF: u64 = 0xd6e8_feb8_6659_fd93;
-
 /// Owen's scrambling of a number whose bits are reversed, last digit first: whether a digit is flipped
 /// depends on `seed` and on the digits before it. The hash is Laine and Karras's (2011), with Vegdahl's
 /// constants ("Building a Better LK Hash", 2021).
-fn scramble(mut x: u32, seed: u32) -> u32 {
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
+#[inline(always)]
+fn scramble<U: Uint>(x: U, seed: U) -> U {
+    let x = x ^ x.wrapping_mul(0x3d20_adea);
+    let x = x.wrapping_add(seed).wrapping_mul((seed >> 16) | 1);
+    let x = x ^ x.wrapping_mul(0x0552_6c56);
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
 /// The second coordinate of point `index`, its bits reversed. (The first is `index` itself.) Its
 /// matrix is Pascal's triangle modulo 2, a product of five shifts (Ahmed, "An Implementation Algorithm of
 /// 2D Sobol Sequence Fast, Elegant, and Compact", 2024).
-fn second(index: u32) -> u32 {
-    let mut x = index;
-    x ^= x >> 16;
-    x ^= (x & 0xff00_ff00) >> 8;
-    x ^= (x & 0xf0f0_f0f0) >> 4;
-    x ^= (x & 0xcccc_cccc) >> 2;
+#[inline(always)]
+fn second<U: Uint>(index: U) -> U {
+    let x = index ^ (index >> 16);
+    let x = x ^ ((x & 0xff00_ff00) >> 8);
+    let x = x ^ ((x & 0xf0f0_f0f0) >> 4);
+    let x = x ^ ((x & 0xcccc_cccc) >> 2);
     x ^ ((x & 0xaaaa_aaaa) >> 1)
 }
 
 /// The third and the fourth coordinate of point `index`, their bits reversed.
-fn third_and_fourth(index: u32) -> (u32, u32) {
-    let mut digits = index;
-    let mut both = 0;
-    for table in &THIRD_AND_FOURTH {
-        both ^= table[(digits & 15) as usize];
-        digits >>= 4;
+#[inline(always)]
+fn third_and_fourth<U: Uint>(index: U) -> [U; 2] {
+    let none = U::splat(index.token(), 0);
+    let mut both = [none; 2];
+    for (bit, [third, fourth]) in THIRD_AND_FOURTH.into_iter().enumerate() {
+        // All ones where the bit is set.
+        let set = none.wrapping_sub((index >> bit as u32) & 1);
+        both = [both[0] ^ (set & third), both[1] ^ (set & fourth)];
     }
-    (both as u32, (both >> 32) as u32)
+    both
 }
 
-/// For each four bits of an index what they add to the third coordinate (low half) and to the fourth.
-static THIRD_AND_FOURTH: [[u64; 16]; 8] = {
+/// For each bit of an index, from the lowest on, what it adds to the third coordinate and to the fourth, bits reversed.
+const THIRD_AND_FOURTH: [[u32; 2]; 32] = {
     let third = directions([1, 3, 0], 2);
     let fourth = directions([1, 3, 1], 3);
-    let mut tables = [[0; 16]; 8];
+    let mut columns = [[0; 2]; 32];
     let mut bit = 0;
     while bit < 32 {
-        let both = (fourth[bit].reverse_bits() as u64) << 32 | third[bit].reverse_bits() as u64;
-        let mut digits = 0;
-        while digits < 16 {
-            if digits >> (bit % 4) & 1 == 1 {
-                tables[bit / 4][digits] ^= both;
-            }
-            digits += 1;
-        }
+        columns[bit] = [third[bit].reverse_bits(), fourth[bit].reverse_bits()];
         bit += 1;
     }
-    tables
+    columns
 };
 
 /// Direction numbers from the first `degree` odd integers, for the polynomials x² + x + 1 and x³ + x + 1
@@ -177,7 +169,7 @@ mod tests {
     fn first_points_are_sobols() {
         let eighths = |x: u32| x.reverse_bits() >> 29;
         let points = (0..8).map(|i| {
-            let (third, fourth) = third_and_fourth(i);
+            let [third, fourth] = third_and_fourth::<u32>(i);
             [i, second(i), third, fourth].map(eighths)
         });
         assert_eq!(

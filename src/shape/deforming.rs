@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec3A};
 
-use super::triangle::{self, Triangle};
-use super::{Geometry, Shape, SurfacePoint, TriangleMesh};
+use super::triangle;
+use super::{Arrivals, FacetLane, Geometry, Interaction, Shape, SurfacePoint, TriangleMesh};
 use crate::math::{Aabb, Keys, KeysError};
 use crate::ray::{Hit, Ray};
 
@@ -151,11 +151,16 @@ impl Shape for DeformingMesh {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let primitive = hit.primitive as usize;
-        let triangle = Triangle::new(self.corners(primitive, ray.time));
-        let point = triangle.meet(ray, [hit.u, hit.v]);
-        let surface = triangle.surface(point, self.normals(primitive, ray.time));
-        SurfacePoint { time: ray.time, ..surface }
+        Interaction::new(&Arrivals::one(self, ray, hit), |_| *ray).lane(0)
+    }
+
+    fn facet(&self, primitive: u32, time: f32, lane: &mut FacetLane<'_>) -> bool {
+        let primitive = primitive as usize;
+        lane.put(self.corners(primitive, time));
+        if let Some(normals) = self.normals(primitive, time) {
+            lane.put_normals(normals);
+        }
+        true
     }
 
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {

@@ -5,9 +5,11 @@ use std::fmt::{self, Display, Formatter};
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::triangle::{self, Triangle, TrianglePoint};
-use super::{Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward, area_sample_toward};
-use crate::math::{Aabb, Cone, warp};
+use super::area_pdf_toward;
+use super::facets::{FacetLane, Facets};
+use super::triangle::{self, Triangle};
+use super::{Arrivals, Geometry, Interaction, Shape, ShapeSample, ShapeSamples, SurfacePoint};
+use crate::math::{Aabb, Cone, vector as real};
 use crate::ray::{Hit, Ray};
 
 /// Indexed triangles in world space. Counter-clockwise vertices face the viewer.
@@ -154,39 +156,12 @@ impl TriangleMesh {
     }
 
     #[inline(always)]
+    fn corners(&self, primitive: usize) -> [Vec3A; 3] {
+        self.triangles[primitive].map(|i| self.positions[i as usize])
+    }
+
     fn triangle(&self, primitive: usize) -> Triangle {
-        Triangle::new(self.triangles[primitive].map(|i| self.positions[i as usize]))
-    }
-
-    /// The surface at a point of a triangle.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    fn surface_at(
-        &self,
-        primitive: usize,
-        triangle: &Triangle,
-        point: TrianglePoint,
-    ) -> SurfacePoint {
-        let normals = (!self.normals.is_empty())
-            .then(|| self.triangles[primitive].map(|i| self.normals[i as usize]));
-        triangle.surface(point, normals)
-    }
-
-    /// The surface of a triangle that shares a corner with the one that was hit and that the ray truly meets there. Looks
-    /// at all triangles: rarely asked for, and mostly of meshes of a few large ones.
-    #[cold]
-    fn surface_of_neighbour(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
-        let primitive = hit.primitive as usize;
-        let corners = |of: usize| self.triangles[of].map(|i| self.positions[i as usize]);
-        let own = corners(primitive);
-        let is_neighbour = |&other: &usize| {
-            other != primitive && corners(other).iter().any(|corner| own.contains(corner))
-        };
-        (0..self.triangles.len()).filter(is_neighbour).find_map(|other| {
-            let triangle = self.triangle(other);
-            let point = triangle.meet_inside(ray, hit.t)?;
-            Some(self.surface_at(other, &triangle, point))
-        })
+        Triangle::new(self.corners(primitive).map(real::Vec3::from))
     }
 
     /// The texture coordinates of a triangle's corners.
@@ -208,16 +183,35 @@ impl Shape for TriangleMesh {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let primitive = hit.primitive as usize;
-        let triangle = self.triangle(primitive);
-        let point = triangle.meet(ray, [hit.u, hit.v]);
-        if point.is_beyond
-            && let Some(surface) = self.surface_of_neighbour(ray, hit)
-        {
-            // The hit still names this triangle.
-            return SurfacePoint { parameters: Vec2::new(hit.u, hit.v), ..surface };
+        Interaction::new(&Arrivals::one(self, ray, hit), |_| *ray).lane(0)
+    }
+
+    fn facet(&self, primitive: u32, _time: f32, lane: &mut FacetLane<'_>) -> bool {
+        let primitive = primitive as usize;
+        lane.put(self.corners(primitive));
+        if !self.normals.is_empty() {
+            lane.put_normals(self.triangles[primitive].map(|i| self.normals[i as usize]));
         }
-        self.surface_at(primitive, &triangle, point)
+        true
+    }
+
+    /// That of a triangle that shares a corner with the one that was hit and that the ray truly meets there. Looks
+    /// at all triangles: rarely asked for, and mostly of meshes of a few large ones.
+    #[cold]
+    fn neighbouring_surface(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
+        let primitive = hit.primitive as usize;
+        let own = self.corners(primitive);
+        let is_neighbour = |&other: &usize| {
+            let corners = self.corners(other);
+            other != primitive && corners.iter().any(|corner| own.contains(corner))
+        };
+        (0..self.triangles.len()).filter(is_neighbour).find_map(|other| {
+            let mut facets = Facets::NONE;
+            self.facet(other as u32, ray.time, &mut facets.lane(0));
+            let triangle = facets.triangle();
+            let (point, near_edge) = triangle.meet_inside(ray, hit.t)?;
+            Some(SurfacePoint { near_edge, ..facets.surface(&triangle, point) })
+        })
     }
 
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
@@ -234,7 +228,7 @@ impl Shape for TriangleMesh {
     fn primitive_extent(&self, primitive: usize) -> (Aabb, Cone) {
         let corners = self.triangles[primitive];
         let space = Aabb::around(corners.map(|i| Vec3::from(self.positions[i as usize])));
-        let normal = self.triangle(primitive).normal;
+        let normal = Vec3A::from(self.triangle(primitive).normal);
         let turned = match self.normals.as_slice() {
             [] => [false; 3],
             normals => corners.map(|i| Vec3A::from(normals[i as usize]).dot(normal) < 0.0),
@@ -256,11 +250,8 @@ impl Shape for TriangleMesh {
     }
 
     fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
-        let triangle = self.triangle(primitive);
-        let point =
-            triangle.point(Vec2::from(warp::square_to_uniform_triangle(u.into())).to_array());
-        let surface = self.surface_at(primitive, &triangle, point);
-        area_sample_toward(triangle.area, from, surface)
+        let primitives = [primitive as u32];
+        ShapeSamples::<f32>::new(self, &primitives, from.into(), u.into()).lane(0)
     }
 
     fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {

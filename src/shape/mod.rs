@@ -5,13 +5,16 @@ use std::fmt::Debug;
 
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-use crate::math::{Aabb, Cone, UNIT_ROUNDOFF as U, type_word};
+use crate::math::real::{Double, Float, Lanes, Mask, Real};
+use crate::math::{Aabb, Cone, UNIT_ROUNDOFF as U, type_word, vector};
 use crate::ray::{Hit, Inward, Ray, RayEnd};
 
 pub mod cylinder;
 pub mod deforming;
 pub mod disk;
+pub mod facets;
 pub mod instance;
+pub mod interaction;
 pub mod mesh;
 pub mod primitives;
 pub mod sphere;
@@ -20,7 +23,10 @@ mod triangle;
 pub use cylinder::Cylinder;
 pub use deforming::DeformingMesh;
 pub use disk::Disk;
+pub use facets::FacetLane;
 pub use instance::{Group, Instance};
+pub(crate) use interaction::ShapeSamples;
+pub use interaction::{Arrivals, Interaction};
 pub use mesh::TriangleMesh;
 pub use sphere::Sphere;
 
@@ -88,6 +94,18 @@ pub trait Shape: Debug + Send + Sync {
 
     /// The surface at `hit`, which an engine reported for `ray`.
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint;
+
+    /// Puts a primitive that is a triangle, as it is at a moment within the shutter, where it is asked for; false where it is
+    /// none. What puts one here has its [`Shape::surface`] from [`Interaction::new`], which takes eight at once.
+    fn facet(&self, _primitive: u32, _time: f32, _lane: &mut FacetLane<'_>) -> bool {
+        false
+    }
+
+    /// The surface of another triangle that `ray` truly meets near `hit`, which its own triangle is passed by: rarely asked
+    /// for.
+    fn neighbouring_surface(&self, _ray: &Ray, _hit: &Hit) -> Option<SurfacePoint> {
+        None
+    }
 
     /// Texture coordinates at the same point.
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2;
@@ -212,33 +230,18 @@ impl SurfacePoint {
         RayEnd::new(self.position, self.geometric_normal, direction)
     }
 
-    /// The point from which a ray towards `direction` (unit, world) leaves, and what it stands for: the position, lifted off
-    /// by what rounding makes necessary.
-    ///
-    /// Next to an edge another surface may pass between the position and what it is rounded to. There the ray
-    /// starts a little behind its surface on a line that crosses it inside of the edge. So it crosses the other
-    /// surface too, if the ray from the position does, and the engines pass over what lies behind.
+    /// Where a ray towards `direction` (unit, world) leaves, and what that stands for: see [`Interaction::spawn`].
     #[must_use]
-    #[inline(always)]
     pub fn leave_towards(&self, direction: Vec3A) -> (Vec3A, RayEnd) {
-        let end = self.end_towards(direction);
-        match &self.near_edge {
-            None => (end.start(), end),
-            Some(near_edge) => {
-                let end = RayEnd { inward: near_edge.inward, ..end };
-                (near_edge.start(&end, direction), end)
-            }
-        }
+        let ray = self.spawn(direction);
+        (ray.origin, ray.start.expect("leaves a surface"))
     }
 
-    /// The ray that leaves the surface towards `direction` (unit, world). It begins at t = 0, because another surface
-    /// may pass through the point that its start is rounded to.
+    /// The ray that leaves the surface towards `direction` (unit, world): see [`Interaction::spawn`].
     #[must_use]
     #[inline(always)]
     pub fn spawn(&self, direction: Vec3A) -> Ray {
-        let (origin, start) = self.leave_towards(direction);
-        let ray = Ray::new(origin, direction);
-        Ray { t_min: 0.0, time: self.time, start: Some(start), ..ray }
+        Interaction::from(*self).spawn(direction.into()).lane(0)
     }
 }
 
@@ -293,36 +296,67 @@ pub(crate) fn area_pdf_toward(area: f64, from: DVec3, point: &SurfacePoint) -> f
 }
 
 /// The sample for a point chosen uniformly on a primitive of `area`; `None` where it is seen edge-on
-/// or coincides with `from`. In f64 where d² or the area is extreme, so that neither d² nor 1/area
-/// overflows on the way.
+/// or coincides with `from`.
 #[must_use]
 pub(crate) fn area_sample_toward(
     area: f64,
     from: DVec3,
     point: SurfacePoint,
 ) -> Option<ShapeSample> {
-    let exact = point.position - from;
-    let to = exact.as_vec3a();
-    let distance_squared = to.length_squared();
-    let area_f32 = area as f32;
-    if IN_RANGE.contains(&distance_squared) && IN_RANGE.contains(&area_f32) {
-        let direction = to / distance_squared.sqrt();
-        let cosine = direction.dot(point.geometric_normal).abs();
-        let pdf = distance_squared / (cosine * area_f32);
-        if pdf.is_finite() {
-            return Some(ShapeSample { point, direction, pdf: pdf.into() });
-        }
-    }
-    let distance_squared = exact.length_squared();
-    let direction = exact / distance_squared.sqrt();
-    let solid_angle =
-        direction.dot(point.geometric_normal.as_dvec3()).abs() * area / distance_squared;
-    (solid_angle > 0.0 && solid_angle.is_finite()).then(|| ShapeSample {
-        point,
-        direction: direction.as_vec3a(),
-        pdf: 1.0 / solid_angle,
-    })
+    let normal = point.geometric_normal.into();
+    let to = Toward::<f32>::new(area, from.into(), point.position.into(), normal);
+    let direction = to.direction.into();
+    to.exists.then_some(ShapeSample { point, direction, pdf: to.pdf })
 }
 
-/// Squared lengths that have kept all their bits in f32, with room for a cosine.
-const IN_RANGE: std::ops::Range<f32> = 1e-30..1e30;
+/// The direction in which a point is seen that was chosen uniformly on a primitive, in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Toward<R: Real> {
+    /// Not where the primitive is seen edge-on or the point coincides with where it is seen from.
+    pub(crate) exists: R::Mask,
+    /// See [`ShapeSample::direction`].
+    pub(crate) direction: vector::Vec3<R>,
+    /// See [`ShapeSample::pdf`].
+    pub(crate) pdf: R::Double,
+}
+
+impl<R: Real> Toward<R> {
+    /// Of `point`, on a primitive of `area` whose normal there is `normal`, as seen from `from`. In f64 where d² or the area
+    /// is extreme, so that neither d² nor 1/area overflows on the way.
+    #[inline(always)]
+    pub(crate) fn new(
+        area: R::Double,
+        from: vector::Vec3<R::Double>,
+        point: vector::Vec3<R::Double>,
+        normal: vector::Vec3<R>,
+    ) -> Self {
+        let exact = point - from;
+        let to = exact.narrow();
+        let distance_squared = to.length_squared();
+        let small_area = area.narrow();
+        let direction = to / distance_squared.sqrt();
+        let cosine = direction.dot(normal).abs();
+        let pdf = distance_squared / (cosine * small_area);
+        let exists = in_range(distance_squared) & in_range(small_area) & pdf.lt(f32::INFINITY);
+        let near = Self { exists, direction, pdf: pdf.widen() };
+        if exists.all() {
+            return near;
+        }
+        let distance_squared = exact.length_squared();
+        let direction = exact / distance_squared.sqrt();
+        let solid_angle = direction.dot(normal.widen()).abs() * area / distance_squared;
+        let pdf = R::Double::splat(area.token(), 1.0) / solid_angle;
+        let is_seen = solid_angle.gt(0.0) & solid_angle.lt(f64::INFINITY);
+        Self {
+            exists: exists | is_seen,
+            direction: vector::Vec3::select(exists, near.direction, direction.narrow()),
+            pdf: R::Double::select(exists, near.pdf, pdf),
+        }
+    }
+}
+
+/// Of squared lengths, whether they have kept all their bits in f32, with room for a cosine.
+#[inline(always)]
+fn in_range<R: Real>(squared: R) -> R::Mask {
+    squared.ge(1e-30) & squared.lt(1e30)
+}

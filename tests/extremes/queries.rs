@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3A};
 use telamon::bsdf::{Bsdf, Diffuse};
 use telamon::integrator::Tracer;
 use telamon::math::{Frame, Rgb, warp};
-use telamon::ray::{Hit, Ray};
+use telamon::ray::{Hit, Ray, Rays};
 use telamon::scene::{Object, Scene};
 use telamon::shape::mesh::Dropped;
 use telamon::shape::{Shape, TriangleMesh, primitives};
@@ -108,8 +108,8 @@ fn segments_of_all_kinds_are_served() {
                 assert_eq!(occluded, expected, "{}: {ray:?}", engine.name());
             }
             let (mut many, mut occluded_many) = ([None; 9], [false; 9]);
-            engine.closest_hits(&[ray; 9], &mut many);
-            engine.occluded_many(&[ray; 9], &mut occluded_many);
+            engine.closest_hits(&Rays::from_iter(&[ray; 9]), &mut many);
+            engine.occluded_many(&Rays::from_iter(&[ray; 9]), &mut occluded_many);
             if hits.is_some() {
                 assert_eq!(many.map(|h| h.is_some()), [occluded; 9], "{}: {ray:?}", engine.name());
                 assert_eq!(occluded_many, [occluded; 9], "{}: {ray:?}", engine.name());

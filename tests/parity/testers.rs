@@ -7,7 +7,7 @@ use telamon::intersect::{self, Backend, Intersector};
 use telamon::parity::{
     self, Answer, Budget, Class, Contender, Family, Generated, Oracle, Query, RaySource, Report,
 };
-use telamon::ray::{Hit, Ray};
+use telamon::ray::{Hit, Ray, Rays};
 use telamon::shape::Shape;
 
 use crate::{compare, meshes};
@@ -83,15 +83,15 @@ impl Intersector for Flawed {
         }
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn closest_hits(&self, rays: &Rays, hits: &mut [Option<Hit>]) {
         for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.closest_hit(ray);
+            *hit = self.closest_hit(&ray);
         }
     }
 
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]) {
         for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = self.occluded(ray);
+            *occluded = self.occluded(&ray);
         }
     }
 
@@ -271,12 +271,12 @@ impl Intersector for Cancelling<'_> {
         self.engine.occluded(ray)
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn closest_hits(&self, rays: &Rays, hits: &mut [Option<Hit>]) {
         self.note(rays.len() as u64);
         self.engine.closest_hits(rays, hits);
     }
 
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]) {
         self.note(rays.len() as u64);
         self.engine.occluded_many(rays, occluded);
     }

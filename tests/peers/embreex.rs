@@ -7,7 +7,7 @@
 use std::sync::{Arc, Mutex};
 
 use telamon::intersect::Intersector;
-use telamon::ray::{Hit, Ray};
+use telamon::ray::{Hit, Ray, Rays};
 use telamon::shape::{Geometry, Shape};
 
 use crate::support::python::{self, Python};
@@ -49,9 +49,9 @@ impl Embreex {
     }
 
     /// `WORDS` numbers for each ray, as bits.
-    fn ask<const WORDS: usize>(&self, query: Query, rays: &[Ray]) -> Vec<[u32; WORDS]> {
+    fn ask<const WORDS: usize>(&self, query: Query, rays: &Rays) -> Vec<[u32; WORDS]> {
         let mut bytes = words([query as u32, rays.len() as u32]);
-        for ray in rays {
+        for ray in rays.iter() {
             assert_eq!((ray.t_min, ray.time), (0.0, 0.0), "embreex knows neither: {ray:?}");
             // A ray that no engine may see is none, whatever is answered for it.
             let numbers = [ray.origin.to_array(), ray.direction.to_array(), [ray.t_max, 0.0, 0.0]];
@@ -78,17 +78,17 @@ fn floats(numbers: impl IntoIterator<Item = f32>) -> Vec<u8> {
 impl Intersector for Embreex {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = [None];
-        self.closest_hits(std::slice::from_ref(ray), &mut hit);
+        self.closest_hits(&Rays::from_iter([ray]), &mut hit);
         hit[0]
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
         let mut occluded = [false];
-        self.occluded_many(std::slice::from_ref(ray), &mut occluded);
+        self.occluded_many(&Rays::from_iter([ray]), &mut occluded);
         occluded[0]
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn closest_hits(&self, rays: &Rays, hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one answer for each ray");
         for ((ray, slot), answer) in rays.iter().zip(hits).zip(self.ask(Query::Closest, rays)) {
             let [shape, primitive, t, u, v] = answer;
@@ -99,7 +99,7 @@ impl Intersector for Embreex {
         }
     }
 
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
         for ((ray, slot), [answer]) in
             rays.iter().zip(occluded).zip(self.ask(Query::Occluded, rays))

@@ -1,17 +1,24 @@
 //! The path tracer: the single-sum path integral, one path a sample.
 
-use super::tracer::{Shading, sight};
+use super::shading::Shading;
+use super::tracer::{CameraView, sight};
 use super::{Estimate, Integrator, Sample, Tracer, Vertex, one_by_one};
-use crate::bsdf::Lobe;
-use crate::emitter::{EmitterChoice, EmitterSample, Receiver};
+use crate::bsdf::Flags;
+use crate::emitter::{Emitter, EmitterChoice, EmitterSamples, Receiver};
 use crate::math::Rgb;
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::Vec3;
 use crate::ray::Ray;
-use crate::sampler::PathSampler;
+use crate::sampler::{PathSampler, PathSamplers};
 use crate::scene::Scene;
+use crate::shape::Interaction;
 
 mod direct;
+mod groups;
 mod pool;
 pub mod settings;
+mod shadows;
+mod state;
 pub mod strategy;
 
 use pool::Pool;
@@ -58,6 +65,48 @@ impl Carried {
         edges: 1,
         unscattered: true,
     };
+}
+
+/// What the paths of some lanes carry from one surface to the next.
+#[derive(Debug)]
+struct Paths<'s, R: Real> {
+    throughput: Vec3<R>,
+    eta: R,
+    /// Directions that the path takes from the surface.
+    directions: R,
+    /// Where roulette is not played yet.
+    is_young: R::Mask,
+    numbers: PathSamplers<'s, R>,
+    /// Of the new edge, where it is [`LastEdge::Forced`].
+    is_forced: R::Mask,
+    /// Where the new edge goes straight on.
+    is_null: R::Mask,
+    /// The density of the new edge: see [`LastEdge`].
+    pdf: R,
+}
+
+impl<'s, R: Real> Paths<'s, R> {
+    #[inline(always)]
+    fn new(
+        throughput: Vec3<R>,
+        eta: R,
+        directions: R,
+        is_young: R::Mask,
+        numbers: PathSamplers<'s, R>,
+    ) -> Self {
+        let never = R::Mask::splat(eta.token(), false);
+        let pdf = R::splat(eta.token(), 0.0);
+        Self {
+            throughput,
+            eta,
+            directions,
+            is_young,
+            numbers,
+            is_forced: never,
+            is_null: never,
+            pdf,
+        }
+    }
 }
 
 impl Path {
@@ -107,94 +156,72 @@ impl Path {
     }
 
     /// How many directions together a path takes from a surface.
+    #[inline(always)]
     fn directions(&self, edges: u32) -> f32 {
         if edges == 1 { self.settings.bsdf_samples as f32 } else { 1.0 }
     }
 
-    /// How many shadow rays a path sends from a surface.
-    fn light_samples(&self, shading: &Shading<'_>) -> u32 {
-        let any = self.settings.strategy != Strategy::Bsdf && shading.flags.smooth;
+    /// How many shadow rays a path sends from a surface of a material.
+    fn light_samples(&self, flags: Flags) -> u32 {
+        let any = self.settings.strategy != Strategy::Bsdf && flags.smooth;
         if any { self.settings.emitter_samples } else { 0 }
     }
 
-    /// One sample of the light that emitters send to `vertex` and that is scattered back along the path, if nothing is
-    /// between, and where it comes from. From the vertex, `directions` are chosen by the other technique.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
+    /// In each lane, one sample of the light that emitters send to the surface and that is scattered back along the path, if
+    /// nothing is between, and where it comes from; it exists where any may arrive. From the surface, `directions` are
+    /// chosen by the other technique.
     #[inline(always)]
-    fn next_event(
+    fn next_event<R: Real>(
         &self,
-        tracer: &Tracer<'_>,
-        vertex: &Vertex<'_>,
-        shading: &Shading<'_>,
-        directions: f32,
-        sampler: &mut PathSampler<'_>,
-    ) -> Option<(Rgb, EmitterSample)> {
-        let u = sampler.next_choice();
-        let receiver = shading.receiver(&vertex.surface);
-        let emitters = tracer.scene().emitters();
-        let light = self.emitters.sample_toward(emitters, &receiver, u)?;
+        emitters: &[Box<dyn Emitter>],
+        interaction: &Interaction<R>,
+        shading: &Shading<'_, R>,
+        paths: &mut Paths<'_, R>,
+        wanted: R::Mask,
+    ) -> EmitterSamples<R> {
+        let u = paths.numbers.next_choice(wanted);
+        let receivers = shading.receivers(interaction);
+        let mut light = self.emitters.sample_toward_each(emitters, &receivers, u, wanted);
         let wo = shading.to_local(light.direction);
-        let scattered = shading.eval(wo, light.direction);
-        if scattered == Rgb::ZERO {
-            return None;
+        let (value, pdf) = self.settings.directions.evaluate(shading, wo);
+        let scattered = value.x.eq(0.0) & value.y.eq(0.0) & value.z.eq(0.0);
+        light.exists &= wanted & !scattered & shading.sides_agree(wo, light.direction);
+        light.weight = value.times(light.weight);
+        if let Strategy::Mis(heuristic) = self.settings.strategy {
+            let own = light.pdf * self.settings.emitter_samples as f32;
+            let weight = heuristic.weight(own, paths.directions * pdf);
+            light.weight = light.weight * R::select(light.pdf.gt(0.0), weight, 1.0);
         }
-        let weight = match self.settings.strategy {
-            Strategy::Mis(heuristic) if light.pdf > 0.0 => {
-                let other = self.settings.directions.pdf(shading, wo);
-                heuristic
-                    .weight(self.settings.emitter_samples as f32 * light.pdf, directions * other)
-            }
-            _ => 1.0,
-        };
-        Some((scattered * light.weight * weight, light))
+        light
     }
 
-    /// The next ray of the path, if it goes on. Where it ends with a throughput that is NaN, this spoils the estimate, so
-    /// that the sample is counted.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
+    /// The directions in which paths go on, and which of them do. Where one ends with a throughput that is NaN, this stays.
     #[inline(always)]
-    fn go_on(
+    fn scatter<R: Real>(
         &self,
-        vertex: &Vertex<'_>,
-        shading: &Shading<'_>,
-        path: &mut Carried,
-        sampler: &mut PathSampler<'_>,
-        estimate: &mut Estimate,
-    ) -> Option<Ray> {
-        let next = self.scatter(vertex, shading, path, sampler);
-        if next.is_none() && path.throughput.is_nan() {
-            estimate.radiance = path.throughput;
-        }
-        next
-    }
-
-    /// Chooses the direction in which the path goes on, and whether it does.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    fn scatter(
-        &self,
-        vertex: &Vertex<'_>,
-        shading: &Shading<'_>,
-        path: &mut Carried,
-        sampler: &mut PathSampler<'_>,
-    ) -> Option<Ray> {
-        let directions = self.directions(path.edges);
-        let sample = self.settings.directions.sample(shading, sampler.next_2d())?;
-        let direction = shading.onward(&sample)?;
-        path.unscattered &= sample.lobe == Lobe::Null;
-        path.throughput *= sample.weight / directions;
-        path.eta *= sample.eta;
-        path.edge = if sample.lobe.is_delta() {
-            LastEdge::Forced
-        } else {
-            LastEdge::Chosen { pdf: directions * sample.pdf, transmits: shading.flags.transmits }
-        };
-        let Carried { throughput, eta, edges, .. } = *path;
-        let survival = throughput * (eta * eta);
-        let factor = self.settings.roulette.play(edges, survival, || sampler.next_1d())?;
-        path.throughput *= factor;
-        path.edges += 1;
-        Some(vertex.surface.spawn(direction))
+        shading: &Shading<'_, R>,
+        paths: &mut Paths<'_, R>,
+        wanted: R::Mask,
+    ) -> (Vec3<R>, R::Mask) {
+        let u = paths.numbers.next_2d(wanted);
+        let sample = self.settings.directions.sample(shading, u);
+        let (direction, goes_on) = shading.onward(&sample);
+        let goes_on = wanted & goes_on;
+        let throughput = paths.throughput.times(sample.weight / paths.directions);
+        paths.throughput = Vec3::select(goes_on, throughput, paths.throughput);
+        paths.eta = R::select(goes_on, paths.eta * sample.eta, paths.eta);
+        paths.is_forced = sample.is_delta;
+        paths.is_null = sample.is_null;
+        paths.pdf = paths.directions * sample.pdf;
+        let survival = paths.throughput * (paths.eta * paths.eta);
+        let numbers = &mut paths.numbers;
+        let (factor, survives) = self
+            .settings
+            .roulette
+            .play(paths.is_young, survival, |plays| numbers.next_1d(plays & goes_on));
+        let goes_on = goes_on & survives;
+        paths.throughput = Vec3::select(goes_on, paths.throughput * factor, paths.throughput);
+        (direction, goes_on)
     }
 
     /// Adds what is seen at the end of the newest edge, `ray`, to what the path has found.
@@ -215,6 +242,26 @@ impl Path {
         estimate.radiance += path.throughput * self.emitted(tracer, ray, vertex, path.edge);
     }
 
+    /// Adds what is seen at the end of a path's ray, from the camera if nothing is carried yet. Where the camera looks through what it hides, the ray goes on.
+    fn see(
+        &self,
+        tracer: &Tracer<'_>,
+        ray: &Ray,
+        vertex: Option<&Vertex<'_>>,
+        carried: Option<&Carried>,
+        estimate: &mut Estimate,
+    ) -> Option<Ray> {
+        if let Some(carried) = carried {
+            self.arrive(tracer, ray, vertex, carried, estimate);
+            return None;
+        }
+        match tracer.seen_by_camera(ray, vertex, self.settings.hide_emitters) {
+            CameraView::Seen(seen) => *estimate = seen,
+            CameraView::Behind(rest) => return Some(rest),
+        }
+        None
+    }
+
     /// Follows one of the paths into which the path from the camera splits at `first`, which `ray` met, and adds
     /// what it finds to `estimate`; what arrives at `first` straight from emitters, only if it is the `leading` one.
     fn follow<'a>(
@@ -233,29 +280,59 @@ impl Path {
             if self.is_longest(path.edges) {
                 break;
             }
-            let shading = Shading::new(here, &ray);
+            let interaction = Interaction::from(here.surface);
+            let shading = Shading::of_vertex(here, &ray);
+            let mut paths = Paths::<f32>::new(
+                path.throughput.into(),
+                path.eta,
+                self.directions(path.edges),
+                path.edges < self.settings.roulette.min_depth,
+                PathSamplers::one(sampler),
+            );
             if leading || path.edges > 1 {
-                let samples = self.light_samples(&shading);
-                let directions = self.directions(path.edges);
+                let samples = self.light_samples(shading.flags);
+                let emitters = tracer.scene().emitters();
                 let mut arriving = Rgb::ZERO;
                 for _ in 0..samples {
-                    let found = self.next_event(tracer, here, &shading, directions, sampler);
-                    let Some((light, sample)) = found else { continue };
-                    let shadow_ray = sample.shadow_ray(&here.surface);
-                    if shadow_ray.is_none_or(|ray| !tracer.occluded(&ray)) {
-                        arriving += light;
+                    let light = self.next_event(emitters, &interaction, &shading, &mut paths, true);
+                    let shadow_ray = light.shadow_rays(&interaction).lane(0);
+                    if light.exists && shadow_ray.is_none_or(|ray| !tracer.occluded(&ray)) {
+                        arriving += Rgb::from(light.weight);
                     }
                 }
                 if samples > 0 {
                     estimate.radiance += path.throughput * (arriving / samples as f32);
                 }
             }
-            let next = self.go_on(here, &shading, &mut path, sampler, estimate);
-            let Some(next) = next else { break };
-            ray = next;
+            let (direction, goes_on) = self.scatter(&shading, &mut paths, true);
+            sampler.go_to(paths.numbers.dimension);
+            if !goes_on {
+                spoil_if_nan(estimate, paths.throughput.into());
+                break;
+            }
+            let transmits = shading.flags.transmits;
+            path = Carried {
+                throughput: paths.throughput.into(),
+                eta: paths.eta,
+                edge: if paths.is_forced {
+                    LastEdge::Forced
+                } else {
+                    LastEdge::Chosen { pdf: paths.pdf, transmits }
+                },
+                edges: path.edges + 1,
+                unscattered: path.unscattered && paths.is_null,
+            };
+            ray = interaction.spawn(direction).lane(0);
             vertex = tracer.closest_vertex(&ray);
             self.arrive(tracer, &ray, vertex.as_ref(), &path, estimate);
         }
+    }
+}
+
+/// Where a path ends with a throughput that is NaN, this spoils the estimate, so that the sample is counted.
+fn spoil_if_nan(estimate: &mut Estimate, throughput: Rgb) {
+    if throughput.is_nan() {
+        estimate.radiance = throughput;
     }
 }
 

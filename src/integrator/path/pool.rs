@@ -1,18 +1,23 @@
 //! Many paths at once: their rays go out together.
 //!
 //! The paths of a pool take turns. In each, all rays are traced, every path scatters at the surface that its ray met,
-//! all shadow rays are traced, and paths that have ended make room for new ones. What a path finds
-//! depends on nothing but its sample, and estimates are handed on in the order of the samples, so that sums over them
-//! do not depend on when a path ends.
+//! eight at a time that met the same material, all shadow rays are traced, and new paths take the place of those that have
+//! ended. What a path finds depends on nothing but its sample, and estimates are handed on in the order of the samples,
+//! so that sums over them do not depend on when a path ends.
 
-use std::collections::VecDeque;
+use std::mem;
 
-use super::{Carried, Path};
-use crate::integrator::tracer::{CameraView, Shading};
-use crate::integrator::{Estimate, Sample, Tracer};
+use super::groups::Groups;
+use super::shadows::Shadows;
+use super::state::{State, StateLanes};
+use super::{Path, Paths, spoil_if_nan};
+use crate::integrator::shading::Shading;
+use crate::integrator::{Estimate, Sample, Tracer, Vertex};
 use crate::math::Rgb;
-use crate::ray::{Hit, Ray};
-use crate::sampler::PathSampler;
+use crate::math::real::{Lanes, Mask, Real, Simd, Task, f32x8};
+use crate::ray::{Hit, Ray, Rays};
+use crate::sampler::{PathSamplers, Sampler};
+use crate::shape::{Arrivals, Interaction};
 
 /// Paths in a pool: enough that few packets of rays are not full, and few enough for a core's own cache.
 const PATHS: usize = 256;
@@ -20,238 +25,281 @@ const PATHS: usize = 256;
 /// Samples begun after one that has not ended, at most.
 const WAITING: usize = 4 * PATHS;
 
+/// Paths that scatter together.
+const LANES: usize = 8;
+
 /// All that a pool holds at a time stays in a core's own cache.
 const _: () = {
-    let path = size_of::<Ray>() + size_of::<Option<Hit>>() + size_of::<Entry<'_>>();
-    let shadow = size_of::<ReceiverOf>() + size_of::<Ray>() + size_of::<(Rgb, bool)>() + 1;
-    let bytes = PATHS * (path + shadow) + WAITING * size_of::<Option<Estimate>>();
-    assert!(bytes < 256 * 1024);
+    // Both for this turn and for the next one.
+    let path = 2 * (size_of::<Ray>() + State::BYTES) + size_of::<Option<Hit>>();
+    let bytes = PATHS * (path + Shadows::BYTES + Groups::BYTES);
+    assert!(bytes + WAITING * size_of::<Slot>() < 256 * 1024);
 };
 
 /// Paths under way, and what they have in common.
 pub(super) struct Pool<'p, 't, 'a, 's> {
     integrator: &'p Path,
     tracer: &'t mut Tracer<'a>,
-    /// Of each path the ray that is to be traced next.
-    rays: Vec<Ray>,
+    /// That of all samples.
+    sampler: Option<&'s dyn Sampler>,
+    now: Wave,
+    next: Wave,
     hits: Vec<Option<Hit>>,
-    paths: Vec<Entry<'s>>,
+    groups: Groups,
     shadows: Shadows,
     finished: Finished,
 }
 
-/// A path under way.
-struct Entry<'s> {
-    /// Number of its sample.
-    sample: u64,
-    sampler: PathSampler<'s>,
-    /// `None` on the way from the camera.
-    carried: Option<Carried>,
-    estimate: Estimate,
+/// Rays that are to be traced, and of each its path.
+#[derive(Default)]
+struct Wave {
+    rays: Rays,
+    paths: State,
+}
+
+/// [`Pool::run`] at some level.
+struct Run<'r, 'p, 't, 'a, 's> {
+    pool: Pool<'p, 't, 'a, 's>,
+    samples: &'r mut dyn Iterator<Item = Sample<'s>>,
+    done: &'r mut dyn FnMut(Estimate, &mut Tracer<'a>),
+}
+
+impl Task for Run<'_, '_, '_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { mut pool, samples, done } = self;
+        loop {
+            pool.fill(samples);
+            if pool.now.rays.is_empty() {
+                return;
+            }
+            pool.hits.resize(pool.now.rays.len(), None);
+            pool.tracer.closest_hits(&pool.now.rays, &mut pool.hits);
+            pool.group();
+            pool.scatter(simd);
+            pool.shadows.trace(pool.tracer, &mut pool.finished.slots);
+            pool.finished.hand_on(|estimate| done(estimate, pool.tracer));
+            mem::swap(&mut pool.now, &mut pool.next);
+            pool.next.rays.clear();
+            pool.next.paths.clear();
+        }
+    }
 }
 
 impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
     pub(super) fn new(integrator: &'p Path, tracer: &'t mut Tracer<'a>) -> Self {
+        let materials = tracer.scene().bsdfs().len();
         Self {
             integrator,
             tracer,
-            rays: Vec::with_capacity(PATHS),
+            sampler: None,
+            now: Wave::default(),
+            next: Wave::default(),
             hits: Vec::with_capacity(PATHS),
-            paths: Vec::with_capacity(PATHS),
+            groups: Groups::new(materials, PATHS),
             shadows: Shadows::default(),
-            finished: Finished::default(),
+            finished: Finished::new(),
         }
     }
 
     /// Follows the path of each sample and hands on what it finds.
     pub(super) fn run(
-        mut self,
+        self,
         samples: &mut dyn Iterator<Item = Sample<'s>>,
         done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
     ) {
-        loop {
-            self.fill(samples);
-            if self.paths.is_empty() {
-                return;
-            }
-            self.hits.resize(self.rays.len(), None);
-            self.tracer.closest_hits(&self.rays, &mut self.hits);
-            let ended = self.scatter();
-            self.shadows.trace(self.tracer, &mut self.paths);
-            self.remove(&ended);
-            self.finished.hand_on(|estimate| done(estimate, self.tracer));
-        }
+        self.tracer.level().run(Run { pool: self, samples, done });
     }
 
     /// Begins new paths where there is room.
     fn fill(&mut self, samples: &mut dyn Iterator<Item = Sample<'s>>) {
-        while self.paths.len() < PATHS && self.finished.waiting.len() < WAITING {
+        let Self { sampler: of_all, now, finished, .. } = self;
+        while now.rays.len() < PATHS && finished.has_room() {
             let Some(Sample { ray, sampler }) = samples.next() else { return };
-            let sample = self.finished.begin();
-            let estimate = Estimate::default();
-            self.paths.push(Entry { sample, sampler, carried: None, estimate });
-            self.rays.push(ray);
+            let (sampler, key, dimension) = sampler.parts();
+            of_all.get_or_insert(sampler);
+            now.rays.push(&ray);
+            now.paths.begin(finished.begin(), key, dimension);
         }
     }
 
-    /// Lets every path scatter where its ray has led. The places of those that end, in ascending order.
-    fn scatter(&mut self) -> Vec<usize> {
-        let mut ended = Vec::new();
-        for place in 0..self.paths.len() {
-            match self.turn(place) {
-                Some(ray) => self.rays[place] = ray,
-                None => ended.push(place),
+    /// Puts together the paths that have met the same material. Those that have left the scene end.
+    fn group(&mut self) {
+        let Self { integrator, tracer, now, hits, groups, finished, .. } = self;
+        groups.clear();
+        for (path, hit) in hits.iter().enumerate() {
+            if let Some(hit) = hit {
+                let object = &tracer.scene().objects()[hit.shape as usize];
+                groups.add(object.bsdf_of(hit.member), path);
+                continue;
             }
-            // Some settings ask for many at each surface.
-            if self.shadows.rays.len() >= PATHS {
-                self.shadows.trace(self.tracer, &mut self.paths);
-            }
+            let (slot, carried) = now.paths.get(path);
+            let slot = &mut finished.slots[slot];
+            let ray = now.rays.get(path);
+            integrator.see(tracer, &ray, None, carried.as_ref(), &mut slot.estimate);
+            slot.has_ended = true;
         }
-        ended
     }
 
-    /// The next ray of a path, if it goes on.
+    /// Lets every path scatter where its ray has led, those at the same material together.
     #[inline(always)]
-    fn turn(&mut self, place: usize) -> Option<Ray> {
-        let Self { integrator, tracer, rays, hits, paths, shadows, .. } = self;
-        let (ray, path) = (&rays[place], &mut paths[place]);
-        let vertex;
-        let here = match hits[place] {
-            Some(hit) => {
-                vertex = tracer.vertex(ray, hit);
-                Some(&vertex)
-            }
-            None => None,
-        };
-        let carried = match &mut path.carried {
-            Some(carried) => {
-                integrator.arrive(tracer, ray, here, carried, &mut path.estimate);
-                carried
-            }
-            None => {
-                let hide = integrator.settings.hide_emitters;
-                match tracer.seen_by_camera(ray, here, hide) {
-                    CameraView::Seen(estimate) => path.estimate = estimate,
-                    CameraView::Behind(rest) => return Some(rest),
+    fn scatter<S: Simd>(&mut self, simd: S) {
+        for group in 0..self.groups.len() {
+            let mut next = self.groups.first(group);
+            while let Some(first) = next {
+                let (mut paths, mut count) = ([first; LANES], 0);
+                while let Some(path) = next
+                    && count < LANES
+                {
+                    paths[count] = path;
+                    count += 1;
+                    next = self.groups.after(path);
                 }
-                path.carried.insert(Carried::BEGUN)
+                self.turn::<f32x8<S>>(simd, &paths, count);
+                // Some settings ask for many at each surface.
+                if self.shadows.len() >= PATHS {
+                    self.shadows.trace(self.tracer, &mut self.finished.slots);
+                }
             }
-        };
-        let here = here?;
-        if integrator.is_longest(carried.edges) {
-            return None;
         }
-        let shading = Shading::new(here, ray);
-        let samples = integrator.light_samples(&shading);
+    }
+
+    /// Lets the first `count` of these paths scatter, whose rays have met one material.
+    #[inline(always)]
+    fn turn<R: Real>(&mut self, token: R::Token, paths: &[usize; LANES], count: usize) {
+        let Self { integrator, tracer, sampler, now, next, hits, shadows, finished, .. } = self;
+        let (scene, slots) = (tracer.scene(), &mut finished.slots);
+        let (origin, direction, time) = now.rays.gather::<R>(token, paths);
+        let found = R::each(|i| hits[paths[i]].expect("grouped by what was hit"));
+        let object = |i: usize| &scene.objects()[found.as_ref()[i].shape as usize];
+        let arrivals = Arrivals::<R> {
+            shapes: R::each(|i| object(i).shape.as_ref()),
+            hits: found,
+            origin,
+            direction,
+            time,
+        };
+        let ray = |i: usize| now.rays.get(paths[i]);
+        let interaction = Interaction::new(&arrivals, ray);
+        let bsdf = scene.bsdfs()[object(0).bsdf_of(found.as_ref()[0].member)].as_ref();
+
+        let state = now.paths.gather::<R>(token, paths);
+        let mut goes_on = R::mask(token, |i| i < count);
+        let emits = R::mask(token, |i| object(i).emitter.is_some());
+        let begins = goes_on & state.begins() & !emits;
+        for i in (0..count).filter(|&i| begins.lane(i)) {
+            // Nothing but a surface.
+            slots[state.slot(i)].estimate = Estimate { radiance: Rgb::ZERO, alpha: 1.0 };
+        }
+        for i in (0..count).filter(|&i| emits.lane(i)) {
+            let (slot, carried) = now.paths.get(paths[i]);
+            let surface = interaction.lane(i);
+            let [u, v] = surface.parameters.to_array();
+            let hit = Hit { u, v, ..found.as_ref()[i] };
+            let vertex = Vertex { object: object(i), hit, surface, bsdf };
+            let estimate = &mut slots[slot].estimate;
+            let carried = carried.as_ref();
+            if let Some(rest) = integrator.see(tracer, &ray(i), Some(&vertex), carried, estimate) {
+                next.rays.push(&rest);
+                next.paths.push(now.paths.row(paths[i]));
+                goes_on &= !R::mask(token, |lane| lane == i);
+            }
+        }
+        let is_longest = match integrator.settings.max_depth {
+            Some(_) => R::mask(token, |i| integrator.is_longest(state.edges(i))),
+            None => R::Mask::splat(token, false),
+        };
+        for i in (0..count).filter(|&i| (goes_on & is_longest).lane(i)) {
+            slots[state.slot(i)].has_ended = true;
+        }
+        let scatters = goes_on & !is_longest;
+        if !scatters.any() {
+            return;
+        }
+
+        let shading = Shading::new(bsdf, &interaction, &arrivals, ray);
+        let sampler = sampler.expect("there are samples");
+        let StateLanes { throughput, eta, keys, dimension, .. } = state;
+        let min_depth = integrator.settings.roulette.min_depth;
+        let mut lanes = Paths::new(
+            throughput,
+            eta,
+            R::splat(token, 1.0),
+            R::mask(token, |i| state.edges(i) < min_depth),
+            PathSamplers::new(sampler, keys, dimension),
+        );
+        let samples = integrator.light_samples(shading.flags);
         if samples > 0 {
-            let directions = integrator.directions(carried.edges);
-            shadows.begin(place, carried.throughput, samples);
+            let receivers = shadows.receive(scatters, samples, throughput, state.slots);
             for _ in 0..samples {
-                let found =
-                    integrator.next_event(tracer, here, &shading, directions, &mut path.sampler);
-                if let Some((light, sample)) = found {
-                    shadows.add(light, sample.shadow_ray(&here.surface));
-                }
+                let light = integrator.next_event(
+                    scene.emitters(),
+                    &interaction,
+                    &shading,
+                    &mut lanes,
+                    scatters,
+                );
+                shadows.add(receivers, &light, &light.shadow_rays(&interaction));
             }
         }
-        integrator.go_on(here, &shading, carried, &mut path.sampler, &mut path.estimate)
-    }
-
-    /// Takes out the paths at these places, the last first, so that the others stay where they are meant.
-    fn remove(&mut self, ended: &[usize]) {
-        for &place in ended.iter().rev() {
-            let path = self.paths.swap_remove(place);
-            self.rays.swap_remove(place);
-            self.finished.end(path.sample, path.estimate);
+        let (direction, goes_on) = integrator.scatter(&shading, &mut lanes, scatters);
+        for i in (0..count).filter(|&i| (scatters & !goes_on).lane(i)) {
+            let slot = &mut slots[state.slot(i)];
+            slot.has_ended = true;
+            spoil_if_nan(&mut slot.estimate, lanes.throughput.lane(i).into());
         }
+        next.rays.append(goes_on, &interaction.spawn(direction));
+        next.paths.append(goes_on, &state.after(&lanes, shading.flags.transmits));
     }
 }
 
-/// The shadow rays of a turn.
-#[derive(Default)]
-struct Shadows {
-    /// The surfaces that light is to arrive at.
-    receivers: Vec<ReceiverOf>,
-    rays: Vec<Ray>,
-    occluded: Vec<bool>,
-    /// Of each sample the light that arrives if nothing is between, and whether a ray has to say so.
-    lights: Vec<(Rgb, bool)>,
-}
-
-/// A surface that light is to arrive at, by so many samples.
-struct ReceiverOf {
-    place: usize,
-    throughput: Rgb,
-    samples: u32,
-    /// Those by which any may arrive.
-    lit: u32,
-}
-
-impl Shadows {
-    fn begin(&mut self, place: usize, throughput: Rgb, samples: u32) {
-        self.receivers.push(ReceiverOf { place, throughput, samples, lit: 0 });
-    }
-
-    /// A sample of the light that arrives at the newest surface, and what has to be free for that; nothing, where the two
-    /// are too close.
-    #[inline(always)]
-    fn add(&mut self, light: Rgb, shadow_ray: Option<Ray>) {
-        if let Some(receiver) = self.receivers.last_mut() {
-            receiver.lit += 1;
-        }
-        self.lights.push((light, shadow_ray.is_some()));
-        if let Some(ray) = shadow_ray {
-            self.rays.push(ray);
-        }
-    }
-
-    /// Traces them all and adds to each path what arrives.
-    fn trace(&mut self, tracer: &mut Tracer<'_>, paths: &mut [Entry<'_>]) {
-        self.occluded.resize(self.rays.len(), false);
-        tracer.occluded_many(&self.rays, &mut self.occluded);
-        let mut occluded = self.occluded.iter();
-        let mut lights = self.lights.iter();
-        for receiver in &self.receivers {
-            let mut arriving = Rgb::ZERO;
-            for (light, has_ray) in lights.by_ref().take(receiver.lit as usize) {
-                if !(*has_ray && occluded.next().is_some_and(|&occluded| occluded)) {
-                    arriving += *light;
-                }
-            }
-            let estimate = &mut paths[receiver.place].estimate;
-            estimate.radiance += receiver.throughput * (arriving / receiver.samples as f32);
-        }
-        self.receivers.clear();
-        self.rays.clear();
-        self.occluded.clear();
-        self.lights.clear();
-    }
-}
-
-/// Estimates in the order of their samples.
-#[derive(Default)]
+/// Samples that have begun, in their order.
 struct Finished {
+    /// Of each of them, at its number modulo [`WAITING`].
+    slots: Vec<Slot>,
     /// Samples that were handed on.
     handed_on: u64,
-    /// Of the samples after these, what has been found, where the path has ended.
-    waiting: VecDeque<Option<Estimate>>,
+    /// Samples that have begun.
+    begun: u64,
+}
+
+/// What a sample has found so far.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Slot {
+    pub(super) estimate: Estimate,
+    has_ended: bool,
 }
 
 impl Finished {
-    /// The number of the next sample.
-    fn begin(&mut self) -> u64 {
-        self.waiting.push_back(None);
-        self.handed_on + self.waiting.len() as u64 - 1
+    fn new() -> Self {
+        Self { slots: Vec::new(), handed_on: 0, begun: 0 }
     }
 
-    fn end(&mut self, sample: u64, estimate: Estimate) {
-        self.waiting[(sample - self.handed_on) as usize] = Some(estimate);
+    fn has_room(&self) -> bool {
+        self.begun - self.handed_on < WAITING as u64
+    }
+
+    /// The place of the next sample.
+    fn begin(&mut self) -> usize {
+        let slot = (self.begun % WAITING as u64) as usize;
+        if slot == self.slots.len() {
+            self.slots.push(Slot::default());
+        } else {
+            self.slots[slot] = Slot::default();
+        }
+        self.begun += 1;
+        slot
     }
 
     fn hand_on(&mut self, mut done: impl FnMut(Estimate)) {
-        while let Some(Some(estimate)) = self.waiting.front() {
-            done(*estimate);
-            self.waiting.pop_front();
+        while self.handed_on < self.begun {
+            let slot = self.slots[(self.handed_on % WAITING as u64) as usize];
+            if !slot.has_ended {
+                return;
+            }
+            done(slot.estimate);
             self.handed_on += 1;
         }
     }

@@ -14,7 +14,7 @@ use super::spurious::{Doubt, intersect_analytic};
 use super::triangle::{Corners, Plain, Watertight};
 use super::{BuildError, Intersector, for_each_ray, reach};
 use crate::math::real::Level;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, Rays};
 use crate::shape::{Geometry, Shape};
 
 mod build;
@@ -161,11 +161,11 @@ impl Intersector for Bvh {
         self.trace::<true>(ray).is_some()
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn closest_hits(&self, rays: &Rays, hits: &mut [Option<Hit>]) {
         for_each_ray(rays, hits, |ray| self.closest_hit(ray));
     }
 
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]) {
         for_each_ray(rays, occluded, |ray| self.occluded(ray));
     }
 

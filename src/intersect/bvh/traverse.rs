@@ -98,7 +98,7 @@ impl<T: RayTriangle, const ANY: bool> Task for Walk<'_, T, ANY> {
         let Self { bvh, mut ray, .. } = self;
         let test = T::new(&ray);
         let slabs = Slabs::new(&ray);
-        let doubt = Doubt::new(&ray, bvh.reach);
+        let doubt = Doubt::new((&ray).into(), bvh.reach);
         let t_min = f32x8::splat(simd, ray.t_min);
         let mut t_max = f32x8::splat(simd, ray.t_max);
         let mut found: Option<Found> = None;

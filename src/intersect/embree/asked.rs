@@ -6,13 +6,21 @@ use embree_sys::ShimQuery;
 
 use super::Embree;
 use crate::intersect::spurious::{Doubt, meets_triangle};
-use crate::ray::Ray;
+use crate::ray::{Ray, Rays};
 use crate::shape::Geometry;
 
 /// The rays of a query, by their `id`, and the engine that is asked.
 pub(super) struct Asked<'a> {
     pub(super) engine: &'a Embree,
-    pub(super) rays: &'a [Ray],
+    pub(super) rays: AskedRays<'a>,
+}
+
+/// Rays by their `id`.
+pub(super) enum AskedRays<'a> {
+    /// One alone.
+    One(&'a Ray),
+    /// Those from `first` on.
+    Packet { rays: &'a Rays, first: usize },
 }
 
 impl Asked<'_> {
@@ -30,16 +38,29 @@ impl Asked<'_> {
         unsafe { &*user.cast::<Self>() }
     }
 
+    /// One of them.
+    #[inline(always)]
+    pub(super) fn ray(&self, id: usize) -> Ray {
+        match self.rays {
+            AskedRays::One(ray) => *ray,
+            AskedRays::Packet { rays, first } => rays.get(first + id),
+        }
+    }
+
     /// Where a ray's hits may be made up.
     #[inline(always)]
-    pub(super) fn doubt(&self, ray: usize) -> Doubt {
-        Doubt::new(&self.rays[ray], self.engine.reach)
+    pub(super) fn doubt(&self, id: usize) -> Doubt {
+        let between = match self.rays {
+            AskedRays::One(ray) => ray.into(),
+            AskedRays::Packet { rays, first } => rays.between(first + id),
+        };
+        Doubt::new(between, self.engine.reach)
     }
 
     /// Whether a ray truly has a hit. Shapes with a test of their own have decided that before.
     #[inline(always)]
     pub(super) fn counts(&self, ray: usize, t: f32, shape: u32, primitive: u32) -> bool {
-        !self.doubt(ray).covers(t) || self.is_met(&self.rays[ray], t, shape, primitive)
+        !self.doubt(ray).covers(t) || self.is_met(&self.ray(ray), t, shape, primitive)
     }
 
     #[cold]

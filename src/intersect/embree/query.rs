@@ -1,16 +1,15 @@
 //! Ray queries.
 
 use std::mem::offset_of;
-use std::slice;
 
 use embree_sys::*;
-use glam::{Mat4, Vec4};
+use glam::{Vec3A, Vec4};
 
 use super::Embree;
-use super::asked::Asked;
+use super::asked::{Asked, AskedRays};
 use crate::intersect::spurious::after;
 use crate::intersect::{Intersector, for_each_ray};
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, Ray, Rays, is_traceable};
 use crate::shape::Geometry;
 
 impl Intersector for Embree {
@@ -18,7 +17,7 @@ impl Intersector for Embree {
         if !ray.is_traceable() {
             return None;
         }
-        let asked = Asked { engine: self, rays: slice::from_ref(ray) };
+        let asked = Asked { engine: self, rays: AskedRays::One(ray) };
         let mut t_min = ray.t_min;
         loop {
             let hit = self.nearest(&asked, ray, t_min)?;
@@ -33,26 +32,21 @@ impl Intersector for Embree {
         if !ray.is_traceable() {
             return false;
         }
-        let asked = Asked { engine: self, rays: slice::from_ref(ray) };
-        let query = asked.query();
-        let mut ray = EmbreeRay::new(ray, ray.t_min);
-        // SAFETY: as in `nearest`.
-        unsafe { telamon_occluded1(self.scene, (&raw mut ray).cast(), &raw const query) };
-        ray.t_max == f32::NEG_INFINITY
+        self.is_stopped(EmbreeRay::new(ray, ray.t_min), AskedRays::One(ray))
     }
 
     /// In packets of eight, unless the modes say otherwise.
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn closest_hits(&self, rays: &Rays, hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one answer for each ray");
         if !self.modes.packets {
             return for_each_ray(rays, hits, |ray| self.closest_hit(ray));
         }
-        let (packets, rest) = rays.as_chunks::<LANES>();
-        let (slots, rest_of_slots) = hits.as_chunks_mut::<LANES>();
-        for (rays, hits) in packets.iter().zip(slots) {
-            let asked = Asked { engine: self, rays };
+        let columns = rays.columns();
+        for (packet, hits) in hits.chunks_mut(LANES).enumerate() {
+            let first = packet * LANES;
+            let asked = Asked { engine: self, rays: AskedRays::Packet { rays, first } };
             let shim_query = asked.query();
-            let (ray, valid) = packet(rays);
+            let (ray, valid) = rtc_rays(columns, first, hits.len());
             let hit = RTCHit8 {
                 geomID: [RTC_INVALID_GEOMETRY_ID; LANES],
                 primID: [RTC_INVALID_GEOMETRY_ID; LANES],
@@ -72,26 +66,36 @@ impl Intersector for Embree {
                     &raw const shim_query,
                 );
             }
-            let RTCRayHit8 { ray: end, hit } = query;
-            for (lane, (ray, slot)) in rays.iter().zip(hits).enumerate() {
-                let numbers = [end.tfar[lane], hit.u[lane], hit.v[lane]];
+            let RTCRayHit8 { ray: end, hit } = &query;
+            for (lane, slot) in hits.iter_mut().enumerate() {
                 let ids = [hit.geomID[lane], hit.primID[lane], hit.instID[0][lane]];
+                let numbers = [end.tfar[lane], hit.u[lane], hit.v[lane]];
+                let ray = || rays.get(first + lane);
                 *slot = self.found(ray, ids, numbers);
                 let is_sure = |hit: Hit| {
                     asked.counts(lane, hit.t, hit.shape, hit.primitive) && !self.may_tie(&hit)
                 };
                 if !slot.is_none_or(is_sure) {
-                    *slot = self.closest_hit(ray);
+                    *slot = self.closest_hit(&ray());
                 }
             }
         }
-        for_each_ray(rest, rest_of_slots, |ray| self.closest_hit(ray));
     }
 
     /// Ray by ray: whether a packet is stopped by a triangle whose edge a ray touches depends on its other rays
     /// (1046 of the 2e5 rays of the parity test at `cornell-box`), and nothing tells which rays to ask again.
-    fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
-        for_each_ray(rays, occluded, |ray| self.occluded(ray));
+    fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max, time] = rays.columns();
+        for (i, occluded) in occluded.iter_mut().enumerate() {
+            let (origin, direction) =
+                (Vec3A::new(ox[i], oy[i], oz[i]), Vec3A::new(dx[i], dy[i], dz[i]));
+            let [t_min, t_max, time] = [t_min[i], t_max[i], time[i]];
+            *occluded = is_traceable(origin, direction, [t_min, t_max, time]) && {
+                let ray = EmbreeRay::of(origin.extend(t_min), direction.extend(time), t_max);
+                self.is_stopped(ray, AskedRays::Packet { rays, first: i })
+            };
+        }
     }
 
     fn bytes(&self) -> usize {
@@ -104,6 +108,16 @@ impl Intersector for Embree {
 }
 
 impl Embree {
+    /// Whether anything lies within the segment of a traceable ray, the first of those that are asked about.
+    #[inline(always)]
+    fn is_stopped(&self, mut ray: EmbreeRay, rays: AskedRays<'_>) -> bool {
+        let asked = Asked { engine: self, rays };
+        let query = asked.query();
+        // SAFETY: as in `nearest`.
+        unsafe { telamon_occluded1(self.scene, (&raw mut ray).cast(), &raw const query) };
+        ray.t_max == f32::NEG_INFINITY
+    }
+
     /// The nearest hit of a traceable ray from `t_min` on, whether the ray truly has it or not.
     #[inline(always)]
     fn nearest(&self, asked: &Asked<'_>, ray: &Ray, t_min: f32) -> Option<Hit> {
@@ -121,7 +135,7 @@ impl Embree {
         // are given lives until the call returns.
         unsafe { telamon_intersect1(self.scene, ray_hit, &raw const shim_query) };
         let Query { ray: end, hit } = query;
-        self.found(ray, [hit.geomID, hit.primID, hit.instID[0]], [end.t_max, hit.u, hit.v])
+        self.found(|| *ray, [hit.geomID, hit.primID, hit.instID[0]], [end.t_max, hit.u, hit.v])
     }
 
     /// Whether a hit lies on an edge of its triangle. There the neighbour is met at the same distance, and which of both
@@ -139,9 +153,10 @@ impl Embree {
 
     /// What a query found. Embree's own instances are not used: their place in a hit holds the member of ours,
     /// or nothing.
+    #[inline(always)]
     fn found(
         &self,
-        ray: &Ray,
+        ray: impl FnOnce() -> Ray,
         [shape, primitive, member]: [u32; 3],
         [t, u, v]: [f32; 3],
     ) -> Option<Hit> {
@@ -153,7 +168,7 @@ impl Embree {
         let mut hit = Hit { t, u, v, shape, primitive, member };
         // One comparison for both; neither is below 0 by more than a rounding.
         if u + v == 0.0 {
-            self.weigh(ray, &mut hit);
+            self.weigh(&ray(), &mut hit);
         }
         Some(hit)
     }
@@ -218,10 +233,14 @@ const _: () = {
 
 impl EmbreeRay {
     fn new(ray: &Ray, t_min: f32) -> Self {
+        Self::of(ray.origin.extend(t_min), ray.direction.extend(ray.time), ray.t_max)
+    }
+
+    fn of(origin_and_t_min: Vec4, direction_and_time: Vec4, t_max: f32) -> Self {
         Self {
-            origin_and_t_min: ray.origin.extend(t_min),
-            direction_and_time: ray.direction.extend(ray.time),
-            t_max: end(ray),
+            origin_and_t_min,
+            direction_and_time,
+            t_max: end(t_max),
             mask: u32::MAX,
             id: 0,
             flags: 0,
@@ -231,8 +250,8 @@ impl EmbreeRay {
 
 /// The end of the ray's segment. Finite, because at infinity Embree finds triangles whose test
 /// overflows, and −∞ is how it says that a ray is occluded.
-fn end(ray: &Ray) -> f32 {
-    ray.t_max.clamp(-1.0, f32::MAX)
+fn end(t_max: f32) -> f32 {
+    t_max.clamp(-1.0, f32::MAX)
 }
 
 const LANES: usize = 8;
@@ -246,15 +265,24 @@ const COHERENT: bool = false;
 #[repr(align(32))]
 struct Lanes([i32; LANES]);
 
-/// Eight rays, and which of them may be traced.
+/// The rays from `first` on, and which of them may be traced; at most `count`.
 #[inline(always)]
-fn packet(rays: &[Ray; LANES]) -> (RTCRay8, Lanes) {
-    let [org_x, org_y, org_z, tnear] = transposed(|i| rays[i].origin.extend(rays[i].t_min));
-    let [dir_x, dir_y, dir_z, time] = transposed(|i| rays[i].direction.extend(rays[i].time));
-    let (mut tfar, mut valid) = ([0.0; LANES], Lanes([0; LANES]));
-    for (lane, ray) in rays.iter().enumerate() {
-        tfar[lane] = end(ray);
-        valid.0[lane] = -i32::from(ray.is_traceable());
+fn rtc_rays(columns: [&[f32]; 9], first: usize, count: usize) -> (RTCRay8, Lanes) {
+    let numbers = columns.map(|column| match column[first..].first_chunk() {
+        Some(numbers) => *numbers,
+        None => {
+            let mut numbers = [0.0; LANES];
+            numbers[..count].copy_from_slice(&column[first..first + count]);
+            numbers
+        }
+    });
+    let [org_x, org_y, org_z, dir_x, dir_y, dir_z, tnear, t_max, time] = numbers;
+    let mut valid = Lanes([0; LANES]);
+    for (lane, valid) in valid.0.iter_mut().enumerate() {
+        let origin = Vec3A::new(org_x[lane], org_y[lane], org_z[lane]);
+        let direction = Vec3A::new(dir_x[lane], dir_y[lane], dir_z[lane]);
+        let segment = [tnear[lane], t_max[lane], time[lane]];
+        *valid = -i32::from(lane < count && is_traceable(origin, direction, segment));
     }
     let packet = RTCRay8 {
         org_x,
@@ -265,25 +293,10 @@ fn packet(rays: &[Ray; LANES]) -> (RTCRay8, Lanes) {
         dir_y,
         dir_z,
         time,
-        tfar,
+        tfar: t_max.map(end),
         mask: [u32::MAX; LANES],
         id: [0, 1, 2, 3, 4, 5, 6, 7],
         flags: [0; LANES],
     };
     (packet, valid)
-}
-
-/// The components of eight vectors: of each component all eight.
-#[inline(always)]
-fn transposed(vector: impl Fn(usize) -> Vec4) -> [[f32; LANES]; 4] {
-    let four = |i: usize| {
-        Mat4::from_cols(vector(i), vector(i + 1), vector(i + 2), vector(i + 3)).transpose()
-    };
-    let [low, high] = [four(0), four(4)];
-    let mut components = [[0.0; LANES]; 4];
-    for (component, all) in components.iter_mut().enumerate() {
-        low.col(component).write_to_slice(&mut all[..4]);
-        high.col(component).write_to_slice(&mut all[4..]);
-    }
-    components
 }

@@ -108,7 +108,7 @@ unsafe fn asked(ray: *const ShimRay) -> (Ray, Doubt) {
     let ShimRay { t_min, t_max, id, user, .. } = unsafe { *ray };
     // SAFETY: every query comes with what was asked.
     let asked = unsafe { Asked::from_user(user) };
-    (Ray { t_min, t_max, ..asked.rays[id as usize] }, asked.doubt(id as usize))
+    (Ray { t_min, t_max, ..asked.ray(id as usize) }, asked.doubt(id as usize))
 }
 
 unsafe extern "C" fn bounds(user: *const c_void, _: u32, _: u32, out: *mut RTCBounds) {

@@ -2,6 +2,7 @@
 
 use std::array;
 use std::convert::identity;
+use std::fmt::Debug;
 
 use fearless_simd::{Bytes, ExtractToken, Select, SimdBase, SimdFloat, SimdInt, SimdMask, i32x8};
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, u32x8};
@@ -15,12 +16,12 @@ macro_rules! eight_lanes {
             type Lane = $lane;
             type Mask = mask32x8<S>;
             type Token = S;
-            type Each<T: Copy> = [T; 8];
+            type Each<T: Copy + Debug> = [T; 8];
 
             const LANES: usize = 8;
 
             #[inline(always)]
-            fn each<T: Copy>(of: impl FnMut(usize) -> T) -> [T; 8] {
+            fn each<T: Copy + Debug>(of: impl FnMut(usize) -> T) -> [T; 8] {
                 array::from_fn(of)
             }
 
@@ -52,6 +53,11 @@ macro_rules! eight_lanes {
             #[inline(always)]
             fn store(self, values: &mut [$lane]) {
                 self.store_slice(values);
+            }
+
+            #[inline(always)]
+            fn compress(self, mask: mask32x8<S>) -> Self {
+                SimdBase::compress(self, $mask(mask))
             }
 
             #[inline(always)]

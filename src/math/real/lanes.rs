@@ -1,23 +1,24 @@
 //! What numbers, whole numbers and conditions in lanes have in common.
 
+use std::fmt::Debug;
 use std::ops::{BitAnd, BitAndAssign, BitOr, BitOrAssign, BitXor, Not};
 
 /// A value in each lane.
-pub trait Lanes: Copy + 'static {
+pub trait Lanes: Copy + Debug + 'static {
     /// What one lane holds.
-    type Lane: Copy + Default;
+    type Lane: Copy + Debug + Default;
     /// A condition in each lane.
     type Mask: Mask<Token = Self::Token>;
     /// The proof that the processor has the instructions in use; every value carries it and it takes no room.
     type Token: Copy;
     /// Anything for each lane, as an array.
-    type Each<T: Copy>: Copy + AsRef<[T]> + AsMut<[T]>;
+    type Each<T: Copy + Debug>: Copy + Debug + AsRef<[T]> + AsMut<[T]>;
 
     /// How many there are.
     const LANES: usize;
 
     /// What `of` says of each lane.
-    fn each<T: Copy>(of: impl FnMut(usize) -> T) -> Self::Each<T>;
+    fn each<T: Copy + Debug>(of: impl FnMut(usize) -> T) -> Self::Each<T>;
 
     /// The proof that the value carries.
     fn token(self) -> Self::Token;
@@ -40,6 +41,16 @@ pub trait Lanes: Copy + 'static {
     /// # Panics
     /// `values` are not as many as lanes.
     fn store(self, values: &mut [Self::Lane]);
+    /// The lanes that are set first, in their order; what the others hold is not said.
+    fn compress(self, mask: Self::Mask) -> Self;
+
+    /// The mask of the lanes of which `is_set` says so.
+    #[inline(always)]
+    fn mask(token: Self::Token, is_set: impl Fn(usize) -> bool) -> Self::Mask {
+        let bits = (0..Self::LANES).fold(0, |bits, i| bits | u32::from(is_set(i)) << i);
+        Self::Mask::from_bits(token, bits)
+    }
+
     /// `yes` in lanes where the mask is set, `no` elsewhere.
     fn select(mask: Self::Mask, yes: impl Lift<Self>, no: impl Lift<Self>) -> Self;
 }
@@ -101,6 +112,7 @@ impl<A: Select, B: Select<Mask = A::Mask>> Select for (A, B) {
 /// A condition in each lane; `bool` is one lane. `!`, `&`, `|` and `^` combine two.
 pub trait Mask:
     Copy
+    + Debug
     + 'static
     + Not<Output = Self>
     + BitAnd<Output = Self>
@@ -111,6 +123,12 @@ pub trait Mask:
 {
     /// See [`Lanes::Token`].
     type Token: Copy;
+
+    /// The same in each lane.
+    #[inline(always)]
+    fn splat(token: Self::Token, set: bool) -> Self {
+        Self::from_bits(token, if set { u32::MAX } else { 0 })
+    }
 
     /// The proof that the mask carries.
     fn token(self) -> Self::Token;

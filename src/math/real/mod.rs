@@ -33,6 +33,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 pub use fearless_simd::{Simd, f32x8, f64x8, mask32x8, u32x8};
 
+mod columns;
 mod eight;
 mod functions;
 mod lanes;
@@ -43,6 +44,7 @@ mod rows;
 mod tests;
 mod uint;
 
+pub use columns::Columns;
 pub(in crate::math) use functions::{polynomial, sin_cos_octant};
 pub use lanes::{Lanes, Lift, Mask, Select};
 pub use level::{Level, Task};
@@ -111,6 +113,12 @@ pub trait Double: Float<Lane = f64> {
 
     /// The nearest real.
     fn narrow(self) -> Self::Real;
+
+    /// `1 / x`.
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::splat(self.token(), 1.0) / self
+    }
 }
 
 /// A real number in each lane. A constant may stand on the right of an operator and in the place of any

@@ -1,6 +1,7 @@
 //! One lane: plain `f32`, `f64`, `u32` and `bool`.
 
 use std::array;
+use std::fmt::Debug;
 
 use super::{Double, Float, Lanes, Level, Lift, Mask, Real, Uint};
 
@@ -11,12 +12,12 @@ macro_rules! one_lane {
             type Lane = Self;
             type Mask = bool;
             type Token = ();
-            type Each<T: Copy> = [T; 1];
+            type Each<T: Copy + Debug> = [T; 1];
 
             const LANES: usize = 1;
 
             #[inline(always)]
-            fn each<T: Copy>(of: impl FnMut(usize) -> T) -> [T; 1] {
+            fn each<T: Copy + Debug>(of: impl FnMut(usize) -> T) -> [T; 1] {
                 array::from_fn(of)
             }
 
@@ -47,6 +48,11 @@ macro_rules! one_lane {
             #[inline(always)]
             fn store(self, values: &mut [Self]) {
                 values.copy_from_slice(&[self]);
+            }
+
+            #[inline(always)]
+            fn compress(self, _: bool) -> Self {
+                self
             }
 
             #[inline(always)]

@@ -3,6 +3,13 @@
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
 
 use crate::math::UNIT_ROUNDOFF as U;
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::Vec3 as Real3;
+
+mod rays;
+
+pub(crate) use rays::{Between, inward_bits};
+pub use rays::{RayLanes, Rays};
 
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
 ///
@@ -76,24 +83,41 @@ pub enum Side {
     Back,
 }
 
-impl RayEnd {
-    /// The end at `point` of a ray that leaves towards `direction` (unit), on a surface whose unit normal is `normal`.
-    #[must_use]
+/// A [`RayEnd`] away from edges in each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct RayEnds<R: Real> {
+    /// See [`RayEnd::point`].
+    pub point: Real3<R::Double>,
+    /// See [`RayEnd::normal`].
+    pub normal: Real3<R>,
+    /// Where [`RayEnd::side`] is the front.
+    pub is_front: R::Mask,
+}
+
+impl<R: Real> RayEnds<R> {
+    /// See [`RayEnd::new`].
     #[inline(always)]
-    pub fn new(point: DVec3, normal: Vec3A, direction: Vec3A) -> Self {
-        let side = if normal.dot(direction) < 0.0 { Side::Back } else { Side::Front };
-        Self { point, normal: normal.into(), side, inward: Inward::NONE }
+    #[must_use]
+    pub fn new(point: Real3<R::Double>, normal: Real3<R>, direction: Real3<R>) -> Self {
+        Self { point, normal, is_front: !normal.dot(direction).lt(0.0) }
     }
 
-    /// Unit normal of the surface, on the side of the ray.
-    #[must_use]
+    /// The same in each lane.
     #[inline(always)]
-    pub fn facing_normal(&self) -> Vec3A {
-        let normal = Vec3A::from(self.normal);
-        match self.side {
-            Side::Front => normal,
-            Side::Back => -normal,
+    #[must_use]
+    pub fn splat(token: R::Token, end: &RayEnd) -> Self {
+        Self {
+            point: Real3::splat(token, end.point.into()),
+            normal: Real3::splat(token, end.normal.into()),
+            is_front: R::Mask::splat(token, end.side == Side::Front),
         }
+    }
+
+    /// See [`RayEnd::facing_normal`].
+    #[inline(always)]
+    #[must_use]
+    pub fn facing_normal(&self) -> Real3<R> {
+        Real3::select(self.is_front, self.normal, -self.normal)
     }
 
     /// How far from the surface the ray starts in f32, along the normal, in scene units: what keeps the rounded start on
@@ -102,19 +126,61 @@ impl RayEnd {
     /// Rounding the point to f32 moves it along the normal n by u Σ|nᵢpᵢ| at most, u = 2⁻²⁴; so does rounding the
     /// sum of point and lift. Two more are for the engine's differences. The last term keeps the start off a plane
     /// in which all coordinates are exact, such as z = 0.
-    #[must_use]
     #[inline(always)]
-    pub fn lift(&self) -> f32 {
+    #[must_use]
+    pub fn lift(&self) -> R {
         const TINY: f32 = 1.0 / (1u64 << 40) as f32;
-        let weights = Vec3A::from(self.normal).abs() * (4.0 * U) + TINY;
-        self.point.as_vec3a().abs().dot(weights)
+        let weights = self.normal.abs().map(|n| n * (4.0 * U) + TINY);
+        self.point.narrow().abs().dot(weights)
     }
 
     /// The start of the ray in f32: the point, lifted off the surface.
+    #[inline(always)]
+    #[must_use]
+    pub fn start(&self) -> Real3<R> {
+        self.point.narrow() + self.facing_normal() * self.lift()
+    }
+
+    /// That of one lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, i: usize) -> RayEnd {
+        RayEnd {
+            point: self.point.lane(i).into(),
+            normal: self.normal.lane(i).into(),
+            side: if self.is_front.lane(i) { Side::Front } else { Side::Back },
+            inward: Inward::NONE,
+        }
+    }
+}
+
+impl RayEnd {
+    /// The end at `point` of a ray that leaves towards `direction` (unit), on a surface whose unit normal is `normal`.
+    #[must_use]
+    #[inline(always)]
+    pub fn new(point: DVec3, normal: Vec3A, direction: Vec3A) -> Self {
+        RayEnds::<f32>::new(point.into(), normal.into(), direction.into()).lane(0)
+    }
+
+    /// Unit normal of the surface, on the side of the ray.
+    #[must_use]
+    #[inline(always)]
+    pub fn facing_normal(&self) -> Vec3A {
+        RayEnds::<f32>::splat((), self).facing_normal().into()
+    }
+
+    /// See [`RayEnds::lift`].
+    #[must_use]
+    #[inline(always)]
+    pub fn lift(&self) -> f32 {
+        RayEnds::<f32>::splat((), self).lift()
+    }
+
+    /// See [`RayEnds::start`].
     #[must_use]
     #[inline(always)]
     pub fn start(&self) -> Vec3A {
-        self.point.as_vec3a() + self.facing_normal() * self.lift()
+        RayEnds::<f32>::splat((), self).start().into()
     }
 
     /// The same end, away from edges, of the ray whose direction `map` turns into `direction`, in the space that `map` leads to; `normals`
@@ -191,10 +257,20 @@ impl Ray {
     #[must_use]
     #[inline(always)]
     pub fn is_traceable(&self) -> bool {
-        let largest = Vec3A::splat(Self::LARGEST_COORDINATE);
-        let small = self.origin.abs().cmplt(largest) & self.direction.abs().cmplt(largest);
-        small.all() && self.t_min >= 0.0 && !self.t_max.is_nan() && (0.0..=1.0).contains(&self.time)
+        is_traceable(self.origin, self.direction, [self.t_min, self.t_max, self.time])
     }
+}
+
+/// [`Ray::is_traceable`] of a ray with these `t_min`, `t_max` and time.
+#[inline(always)]
+pub(crate) fn is_traceable(
+    origin: Vec3A,
+    direction: Vec3A,
+    [t_min, t_max, time]: [f32; 3],
+) -> bool {
+    let largest = Vec3A::splat(Ray::LARGEST_COORDINATE);
+    let small = origin.abs().cmplt(largest) & direction.abs().cmplt(largest);
+    small.all() && t_min >= 0.0 && !t_max.is_nan() && (0.0..=1.0).contains(&time)
 }
 
 /// Where a ray meets a shape. Position and normals are rebuilt from these numbers and the shape's

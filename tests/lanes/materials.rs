@@ -1,13 +1,11 @@
-//! One lane and eight: the same bits at every level, for all that a path asks.
-
-mod support;
+//! Materials and textures.
 
 use std::sync::Arc;
 
+use crate::support::materials::{Material, materials};
+use crate::support::{corners, points};
 use glam::{Affine2, Vec3A};
 use half::f16;
-use support::materials::{Material, materials};
-use support::{corners, points};
 use telamon::bsdf::{BsdfSample, Lobe, Scattered};
 use telamon::math::real::{Lanes, Level, Mask, Real, Simd, Task, f32x8};
 use telamon::math::vector::{Vec2, Vec3};

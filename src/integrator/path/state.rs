@@ -1,0 +1,152 @@
+//! What paths carry from one surface to the next, by column.
+
+use super::{Carried, LastEdge, Paths};
+use crate::math::Rgb;
+use crate::math::real::{Columns, Lanes, Real, Uint};
+use crate::math::vector::Vec3;
+use crate::sampler::PathKeys;
+
+/// Of each path: throughput, eta, density of the last edge, and as bits the edges with flags, the slot of the sample, both
+/// halves of the sampler's key and how many numbers have been drawn.
+#[derive(Default)]
+pub(super) struct State(Columns<f32, COLUMNS>);
+
+const COLUMNS: usize = 10;
+
+/// The last edge was [`LastEdge::Chosen`].
+const CHOSEN: u32 = 1;
+
+/// The surface where it was chosen transmits light.
+const TRANSMITS: u32 = 2;
+
+/// The path has met nothing that it did not pass straight through.
+const UNSCATTERED: u32 = 4;
+
+/// One edge; there are none on the way from the camera.
+const EDGE: u32 = 8;
+
+/// A path's numbers.
+type Row = [f32; COLUMNS];
+
+/// What the paths of some lanes carry.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StateLanes<R: Real> {
+    pub(super) throughput: Vec3<R>,
+    pub(super) eta: R,
+    pdf: R,
+    /// Edges and flags.
+    bits: R::Uint,
+    pub(super) slots: R::Uint,
+    pub(super) keys: PathKeys<R::Uint>,
+    pub(super) dimension: R::Uint,
+}
+
+impl State {
+    /// Bytes for each path.
+    pub(super) const BYTES: usize = size_of::<Row>();
+
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// A path that leaves the camera.
+    pub(super) fn begin(&mut self, slot: usize, key: PathKeys<u32>, dimension: u32) {
+        let [bits, slot, high, low, dimension] =
+            [UNSCATTERED, slot as u32, key.high, key.low, dimension].map(f32::from_bits);
+        self.0.push([1.0, 1.0, 1.0, 1.0, 0.0, bits, slot, high, low, dimension]);
+    }
+
+    pub(super) fn row(&self, path: usize) -> Row {
+        self.0.row(path)
+    }
+
+    pub(super) fn push(&mut self, row: Row) {
+        self.0.push(row);
+    }
+
+    /// The slot of a path's sample, and what the path carries from the camera's first surface on.
+    pub(super) fn get(&self, path: usize) -> (usize, Option<Carried>) {
+        let [x, y, z, eta, pdf, bits, slot, ..] = self.0.row(path);
+        let bits = bits.to_bits();
+        let edge = if bits & CHOSEN == 0 {
+            LastEdge::Forced
+        } else {
+            LastEdge::Chosen { pdf, transmits: bits & TRANSMITS != 0 }
+        };
+        let carried = Carried {
+            throughput: Rgb::new(x, y, z),
+            eta,
+            edge,
+            edges: bits / EDGE + 1,
+            unscattered: bits & UNSCATTERED != 0,
+        };
+        (slot.to_bits() as usize, (bits / EDGE > 0).then_some(carried))
+    }
+
+    #[inline(always)]
+    pub(super) fn gather<R: Real>(&self, token: R::Token, paths: &[usize]) -> StateLanes<R> {
+        let [x, y, z, eta, pdf, bits, slot, high, low, dimension] =
+            self.0.gather::<R>(token, paths);
+        StateLanes {
+            throughput: Vec3::new(x, y, z),
+            eta,
+            pdf,
+            bits: bits.to_bits(),
+            slots: slot.to_bits(),
+            keys: PathKeys { high: high.to_bits(), low: low.to_bits() },
+            dimension: dimension.to_bits(),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn append<R: Real>(&mut self, mask: R::Mask, lanes: &StateLanes<R>) {
+        let StateLanes { throughput, eta, pdf, bits, slots, keys, dimension } = *lanes;
+        let [x, y, z] = throughput.to_array();
+        let (bits, slots, dimension) =
+            (R::from_bits(bits), R::from_bits(slots), R::from_bits(dimension));
+        let (high, low) = (R::from_bits(keys.high), R::from_bits(keys.low));
+        self.0.append(mask, [x, y, z, eta, pdf, bits, slots, high, low, dimension]);
+    }
+}
+
+impl<R: Real> StateLanes<R> {
+    /// Where the path comes from the camera.
+    #[inline(always)]
+    pub(super) fn begins(&self) -> R::Mask {
+        (self.bits & !(EDGE - 1)).eq(0)
+    }
+
+    /// Edges of a lane's path, 1 at the first surface.
+    #[inline(always)]
+    pub(super) fn edges(&self, i: usize) -> u32 {
+        self.bits.lane(i) / EDGE + 1
+    }
+
+    /// The slot of a lane's sample.
+    #[inline(always)]
+    pub(super) fn slot(&self, i: usize) -> usize {
+        self.slots.lane(i) as usize
+    }
+
+    /// After one more edge, from a surface that transmits light or not.
+    #[inline(always)]
+    pub(super) fn after(&self, paths: &Paths<'_, R>, transmits: bool) -> Self {
+        let chosen = if transmits { CHOSEN | TRANSMITS } else { CHOSEN };
+        let token = self.eta.token();
+        let edge = R::Uint::select(paths.is_forced, R::Uint::splat(token, 0), chosen);
+        let straight = R::Uint::select(paths.is_null, self.bits & UNSCATTERED, 0);
+        // More than 2²⁸ edges stay as many.
+        let edges = self.bits & !(EDGE - 1);
+        let longest = !(EDGE - 1);
+        let more = R::Uint::select(edges.eq(longest), edges, edges.wrapping_add(EDGE));
+        Self {
+            throughput: paths.throughput,
+            eta: paths.eta,
+            pdf: paths.pdf,
+            bits: more | edge | straight,
+            slots: self.slots,
+            keys: self.keys,
+            dimension: paths.numbers.dimension,
+        }
+    }
+}

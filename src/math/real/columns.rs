@@ -1,0 +1,116 @@
+//! Tables of numbers, each column together.
+
+use super::{Lanes, Mask};
+
+/// Rows of `N` numbers, stored by column: lanes are appended to it and gathered from it.
+#[derive(Clone, Debug)]
+pub struct Columns<T, const N: usize> {
+    len: usize,
+    /// Longer than the rows, so that all lanes can be written where some count.
+    columns: [Vec<T>; N],
+}
+
+/// The most lanes that are appended at once.
+const LANES: usize = 8;
+
+impl<T: Copy + Default, const N: usize> Default for Columns<T, N> {
+    fn default() -> Self {
+        Self { len: 0, columns: std::array::from_fn(|_| Vec::new()) }
+    }
+}
+
+impl<T: Copy + Default, const N: usize> Columns<T, N> {
+    /// How many rows there are.
+    #[inline(always)]
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are no rows.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Takes all rows out.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Makes room for all lanes after the last row.
+    #[inline(always)]
+    fn make_room(&mut self) {
+        if self.columns[0].len() < self.len + LANES {
+            self.grow();
+        }
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        let size = (2 * self.len + LANES).next_multiple_of(64);
+        for column in &mut self.columns {
+            column.resize(size, T::default());
+        }
+    }
+
+    /// A row at the end.
+    #[inline(always)]
+    pub fn push(&mut self, row: [T; N]) {
+        self.make_room();
+        for (column, number) in self.columns.iter_mut().zip(row) {
+            column[self.len] = number;
+        }
+        self.len += 1;
+    }
+
+    /// At the end, a row of each lane that is set, in their order.
+    #[inline(always)]
+    pub fn append<L: Lanes<Lane = T>>(&mut self, mask: L::Mask, lanes: [L; N]) {
+        self.make_room();
+        // By reference, and below not by `array::from_fn`, for what `Rows` says.
+        for (column, lanes) in self.columns.iter_mut().zip(&lanes) {
+            lanes.compress(mask).store(&mut column[self.len..self.len + L::LANES]);
+        }
+        self.len += mask.count() as usize;
+    }
+
+    /// Those of some rows, one for each lane.
+    ///
+    /// # Panics
+    /// There is no such row.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather<L: Lanes<Lane = T>>(&self, token: L::Token, rows: &[usize]) -> [L; N] {
+        assert!(rows.len() == L::LANES && rows.iter().all(|&row| row < self.len));
+        let mut numbers = [L::splat(token, L::Lane::default()); N];
+        for (number, column) in numbers.iter_mut().zip(&self.columns) {
+            *number = L::from_fn(token, |lane| column[rows[lane]]);
+        }
+        numbers
+    }
+
+    /// One row.
+    ///
+    /// # Panics
+    /// There is no such row.
+    #[inline(always)]
+    #[must_use]
+    pub fn row(&self, row: usize) -> [T; N] {
+        assert!(row < self.len);
+        std::array::from_fn(|column| self.columns[column][row])
+    }
+
+    /// Its columns.
+    #[inline(always)]
+    #[must_use]
+    pub fn columns(&self) -> [&[T]; N] {
+        let mut columns: [&[T]; N] = [&[]; N];
+        for (slice, column) in columns.iter_mut().zip(&self.columns) {
+            *slice = &column[..self.len];
+        }
+        columns
+    }
+}

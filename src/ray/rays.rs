@@ -1,0 +1,285 @@
+//! Many rays, each number of all of them together.
+
+use glam::{DVec3, Vec3, Vec3A};
+
+use super::{Inward, Ray, RayEnd, RayEnds, Side};
+use crate::math::real::{Columns, Lanes, Mask, Real, Uint};
+use crate::math::vector;
+
+/// Rays by column. If any has an end, all after it in the list say whether they have.
+#[derive(Clone, Debug, Default)]
+pub struct Rays {
+    /// Origin, direction, `t_min`, `t_max` and time.
+    numbers: Columns<f32, 9>,
+    starts: Ends,
+    ends: Ends,
+}
+
+/// Ends of rays by column.
+#[derive(Clone, Debug, Default)]
+struct Ends {
+    points: Columns<f64, 3>,
+    /// Normal, and the bits of what else there is: see [`bits_of`].
+    numbers: Columns<f32, 4>,
+}
+
+/// Of [`RayEnd`]s that there are.
+const EXISTS: u32 = 1;
+
+/// Of those whose side is the back.
+const IS_BACK: u32 = 2;
+
+/// Whether there is an end, its side, and from bit 8 on the components of [`RayEnd::inward`].
+fn bits_of(end: &RayEnd) -> u32 {
+    let back = if end.side == Side::Back { IS_BACK } else { 0 };
+    EXISTS | back | inward_bits(end.inward)
+}
+
+/// The bits of the way off edges.
+pub(crate) fn inward_bits(inward: Inward) -> u32 {
+    let [x, y, z] = inward.0.map(|eighths| u32::from(eighths.cast_unsigned()));
+    x << 8 | y << 16 | z << 24
+}
+
+impl Ends {
+    fn clear(&mut self) {
+        self.points.clear();
+        self.numbers.clear();
+    }
+
+    fn push(&mut self, end: Option<&RayEnd>) {
+        let point = end.map_or(DVec3::ZERO, |end| end.point);
+        let normal = end.map_or(Vec3::ZERO, |end| end.normal);
+        self.points.push(point.to_array());
+        self.numbers.push([normal.x, normal.y, normal.z, f32::from_bits(end.map_or(0, bits_of))]);
+    }
+
+    #[inline(always)]
+    fn append<R: Real>(&mut self, mask: R::Mask, ends: &RayEnds<R>, bits: R::Uint) {
+        self.points.append(mask, ends.point.to_array());
+        let [x, y, z] = ends.normal.to_array();
+        self.numbers.append(mask, [x, y, z, R::from_bits(bits)]);
+    }
+
+    #[cfg(feature = "embree")]
+    #[inline(always)]
+    fn normal(&self, i: usize) -> Option<Vec3A> {
+        let [x, y, z, bits] = self.numbers.columns();
+        let exists = bits.get(i)?.to_bits() & EXISTS != 0;
+        exists.then(|| Vec3A::new(x[i], y[i], z[i]))
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize) -> Option<RayEnd> {
+        if i >= self.numbers.len() {
+            return None;
+        }
+        let [x, y, z, bits] = self.numbers.row(i);
+        let bits = bits.to_bits();
+        if bits & EXISTS == 0 {
+            return None;
+        }
+        let side = if bits & IS_BACK == 0 { Side::Front } else { Side::Back };
+        let inward = Inward([8, 16, 24].map(|shift| (bits >> shift) as u8 as i8));
+        Some(RayEnd { point: self.points.row(i).into(), normal: Vec3::new(x, y, z), side, inward })
+    }
+}
+
+/// Which way a ray runs between surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Between {
+    pub(crate) direction: Vec3A,
+    pub(crate) t_max: f32,
+    /// Unit normal of the surface that it leaves, if it leaves one.
+    pub(crate) start: Option<Vec3A>,
+    /// The same of the one that it runs to.
+    pub(crate) end: Option<Vec3A>,
+}
+
+impl From<&Ray> for Between {
+    #[inline(always)]
+    fn from(ray: &Ray) -> Self {
+        let normal = |end: &RayEnd| Vec3A::from(end.normal);
+        Self {
+            direction: ray.direction,
+            t_max: ray.t_max,
+            start: ray.start.as_ref().map(normal),
+            end: ray.end.as_ref().map(normal),
+        }
+    }
+}
+
+/// A ray that leaves a surface, in each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct RayLanes<R: Real> {
+    /// See [`Ray::origin`].
+    pub origin: vector::Vec3<R>,
+    /// See [`Ray::direction`].
+    pub direction: vector::Vec3<R>,
+    /// See [`Ray::t_max`]; they begin at 0.
+    pub t_max: R,
+    /// See [`Ray::time`].
+    pub time: R,
+    /// See [`Ray::start`].
+    pub start: RayEnds<R>,
+    /// Bits of what is near a start: see [`inward_bits`].
+    pub(crate) inward: R::Uint,
+}
+
+impl<R: Real> RayLanes<R> {
+    /// That of one lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, i: usize) -> Ray {
+        let bits = self.inward.lane(i);
+        let inward = Inward([8, 16, 24].map(|shift| (bits >> shift) as u8 as i8));
+        Ray {
+            origin: Vec3A::from(self.origin.lane(i)),
+            direction: Vec3A::from(self.direction.lane(i)),
+            t_min: 0.0,
+            t_max: self.t_max.lane(i),
+            time: self.time.lane(i),
+            start: Some(RayEnd { inward, ..self.start.lane(i) }),
+            end: None,
+        }
+    }
+}
+
+/// The bits of ends that exist.
+#[inline(always)]
+fn end_bits<R: Real>(ends: &RayEnds<R>) -> R::Uint {
+    R::Uint::select(ends.is_front, EXISTS, EXISTS | IS_BACK)
+}
+
+impl Rays {
+    /// How many there are.
+    #[inline(always)]
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    /// Takes all out.
+    pub fn clear(&mut self) {
+        self.numbers.clear();
+        self.starts.clear();
+        self.ends.clear();
+    }
+
+    /// One at the end.
+    pub fn push(&mut self, ray: &Ray) {
+        let (o, d) = (ray.origin, ray.direction);
+        self.numbers.push([o.x, o.y, o.z, d.x, d.y, d.z, ray.t_min, ray.t_max, ray.time]);
+        self.starts.push(ray.start.as_ref());
+        if ray.end.is_some() || !self.ends.numbers.is_empty() {
+            while self.ends.numbers.len() + 1 < self.numbers.len() {
+                self.ends.push(None);
+            }
+            self.ends.push(ray.end.as_ref());
+        }
+    }
+
+    /// At the end, those of the lanes that are set.
+    #[inline(always)]
+    pub fn append<R: Real>(&mut self, mask: R::Mask, rays: &RayLanes<R>) {
+        let RayLanes { origin: o, direction: d, t_max, time, ref start, inward } = *rays;
+        let t_min = R::splat(mask.token(), 0.0);
+        self.numbers.append(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max, time]);
+        self.starts.append(mask, start, end_bits(start) | inward);
+    }
+
+    /// The same for rays that end at surfaces where `has_end` says so.
+    #[inline(always)]
+    pub fn append_between<R: Real>(
+        &mut self,
+        mask: R::Mask,
+        rays: &RayLanes<R>,
+        has_end: R::Mask,
+        end: &RayEnds<R>,
+    ) {
+        self.append(mask, rays);
+        self.ends.append(mask, end, R::Uint::select(has_end, end_bits(end), 0));
+    }
+
+    /// One of them.
+    ///
+    /// # Panics
+    /// There is no such ray.
+    #[inline(always)]
+    #[must_use]
+    pub fn get(&self, i: usize) -> Ray {
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max, time] = self.numbers.row(i);
+        Ray {
+            origin: Vec3A::new(ox, oy, oz),
+            direction: Vec3A::new(dx, dy, dz),
+            t_min,
+            t_max,
+            time,
+            start: self.starts.get(i),
+            end: self.ends.get(i),
+        }
+    }
+
+    /// Direction and `t_max` of one of them, and the normals of the surfaces at its ends: less than [`Rays::get`] reads.
+    #[cfg(feature = "embree")]
+    #[inline(always)]
+    pub(crate) fn between(&self, i: usize) -> Between {
+        let columns = self.numbers.columns();
+        Between {
+            direction: Vec3A::new(columns[3][i], columns[4][i], columns[5][i]),
+            t_max: columns[7][i],
+            start: self.starts.normal(i),
+            end: self.ends.normal(i),
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = Ray> {
+        (0..self.len()).map(|i| self.get(i))
+    }
+
+    /// Origin, direction, `t_min`, `t_max` and time, each of all rays.
+    #[inline(always)]
+    #[must_use]
+    pub fn columns(&self) -> [&[f32]; 9] {
+        self.numbers.columns()
+    }
+
+    /// Of the rays that are named, one for each lane, the exact origin ([`Ray::exact_origin`]), the direction and the time.
+    ///
+    /// # Panics
+    /// There is no such ray.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather<R: Real>(
+        &self,
+        token: R::Token,
+        rays: &[usize],
+    ) -> (vector::Vec3<R::Double>, vector::Vec3<R>, R) {
+        let [ox, oy, oz, dx, dy, dz, _, _, time] = self.numbers.gather::<R>(token, rays);
+        let point = self.starts.points.gather::<R::Double>(token, rays).into();
+        let [.., bits] = self.starts.numbers.gather::<R>(token, rays);
+        let from_surface = !(bits.to_bits() & EXISTS).eq(0);
+        let origin = vector::Vec3::new(ox, oy, oz).widen();
+        let origin = if from_surface.all() {
+            point
+        } else {
+            vector::Vec3::select(from_surface, point, origin)
+        };
+        (origin, vector::Vec3::new(dx, dy, dz), time)
+    }
+}
+
+impl<'a> FromIterator<&'a Ray> for Rays {
+    fn from_iter<I: IntoIterator<Item = &'a Ray>>(all: I) -> Self {
+        let mut rays = Self::default();
+        all.into_iter().for_each(|ray| rays.push(ray));
+        rays
+    }
+}
