@@ -145,7 +145,7 @@ fn policies_agree() {
                 let hidden = PathSettings { hide_emitters: true, ..PathSettings::default() };
                 let settings = PathSettings { emitter_choice, max_depth: Some(3), ..hidden };
                 let settings = IntegratorSettings::Path(settings);
-                Moments::of(estimates(&scene, engine.as_ref(), &settings, from, 100_000))
+                Moments::of(estimates(&scene, engine.as_ref(), &settings, from, 400_000))
             });
             let [uniform, power, bvh] = &means;
             for (other, policy) in [(uniform, "uniform"), (power, "power")] {
@@ -264,7 +264,7 @@ fn choices_follow_their_probabilities() {
     let receivers = receivers(&emitters);
     let receivers = &receivers[..20];
     for (seed, receiver) in (61..).zip(receivers) {
-        const SAMPLES: u32 = 50_000;
+        const SAMPLES: u32 = 200_000;
         let mut counts = vec![0; emitters.len() + 1];
         for u in points_3d(seed, SAMPLES) {
             let chosen = choice.sample(receiver, u.x.into());

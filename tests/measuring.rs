@@ -156,7 +156,7 @@ fn clamped_samples_are_named_as_biased() {
     let choose = |base: &Setting| {
         candidates(base, &[vary("clamp", "none,0.5")], Design::Grid).expect("valid")
     };
-    let (_, findings) = experiment(choose, 8, 256);
+    let (_, findings) = experiment(choose, 24, 1024);
     let [whole, clamped] = [&findings.settings[0].bias, &findings.settings[1].bias];
     assert!(!whole.is_biased && clamped.is_biased, "{whole:?} {clamped:?}");
     assert!(clamped.value < 0.0, "{clamped:?}");

@@ -99,7 +99,7 @@ fn squares_of_all_sizes_light_a_floor() {
             let scene = floor_under(light.clone(), radiance);
             let expected = expected * f64::from(radiance);
             for &strategy in strategies {
-                for (engine, values) in seen(&scene, strategy, 30_000) {
+                for (engine, values) in seen(&scene, strategy, 100_000) {
                     // Checks: fourteen pairs of a square and a strategy, three radiances, two engines.
                     values.has_mean(expected, 84).unwrap_or_else(|figures| {
                         panic!("{engine}, {side} at {height}, {strategy:?}, {radiance}: {figures}")
