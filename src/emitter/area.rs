@@ -131,14 +131,15 @@ impl Area {
 struct Sample<'a> {
     area: &'a Area,
     asked: &'a SampleRows,
+    samples: &'a mut EmitterSampleRows,
 }
 
 impl Task for Sample<'_> {
-    type Output = EmitterSampleRows;
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> EmitterSampleRows {
-        let Self { area, asked } = self;
+    fn run<S: Simd>(self, simd: S) {
+        let Self { area, asked, samples: output } = self;
         let [x, y, z] = &asked.from;
         let from =
             real::Vec3::new(f64x8::load(simd, x), f64x8::load(simd, y), f64x8::load(simd, z));
@@ -156,7 +157,7 @@ impl Task for Sample<'_> {
         };
         let u = real::Vec2::new(x, y);
         let samples = area.sample_primitives::<f32x8<S>>(&primitives, probability, from, u);
-        EmitterSampleRows::of(&samples)
+        output.store(&samples);
     }
 }
 
@@ -208,8 +209,8 @@ impl Emitter for Area {
         }
     }
 
-    fn sample_eight(&self, level: Level, asked: &SampleRows) -> EmitterSampleRows {
-        level.run(Sample { area: self, asked })
+    fn sample_eight(&self, level: Level, asked: &SampleRows, samples: &mut EmitterSampleRows) {
+        level.run(Sample { area: self, asked, samples });
     }
 
     fn part_pdf_toward(&self, sight: &Sight<'_>) -> (usize, f32) {

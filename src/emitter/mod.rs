@@ -63,8 +63,8 @@ pub trait Emitter: Debug + Send + Sync {
 
     /// [`Emitter::sample_part_toward`], or without parts [`Emitter::sample_toward`], in eight lanes, with the same bits. One
     /// after the other, unless the emitter does better.
-    fn sample_eight(&self, _level: Level, asked: &SampleRows) -> EmitterSampleRows {
-        sample::lane_by_lane(self, asked)
+    fn sample_eight(&self, _level: Level, asked: &SampleRows, samples: &mut EmitterSampleRows) {
+        sample::lane_by_lane(self, asked, samples);
     }
 
     /// The part that is seen, and the density with which [`Emitter::sample_part_toward`] chooses what is seen if it

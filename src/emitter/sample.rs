@@ -220,23 +220,30 @@ pub struct EmitterSampleRows {
 }
 
 impl EmitterSampleRows {
+    /// For what is written next.
+    const NONE: Self = Self {
+        point: [[0.0; 8]; 3],
+        numbers: Rows::ZERO,
+        exists: 0,
+        is_infinite: 0,
+        is_of_surface: 0,
+        is_front: 0,
+    };
+
     /// Samples into memory.
     #[inline(always)]
-    pub(super) fn of<R: Real>(samples: &EmitterSamples<R>) -> Self {
-        let EmitterSamples { direction: d, weight: w, end, .. } = samples;
-        let n = end.normal;
-        let mut point = [[0.0; 8]; 3];
-        for (row, number) in point.iter_mut().zip(end.point.to_array()) {
-            number.store(row);
-        }
-        Self {
-            point,
-            numbers: Rows::of([d.x, d.y, d.z, w.x, w.y, w.z, samples.pdf, n.x, n.y, n.z]),
-            exists: samples.exists.bits(),
-            is_infinite: samples.is_infinite.bits(),
-            is_of_surface: samples.is_of_surface.bits(),
-            is_front: end.is_front.bits(),
-        }
+    pub(super) fn store<R: Real>(&mut self, samples: &EmitterSamples<R>) {
+        let EmitterSamples { direction: d, weight: w, pdf, ref end, .. } = *samples;
+        let (p, n) = (end.point, end.normal);
+        let [x, y, z] = &mut self.point;
+        p.x.store(x);
+        p.y.store(y);
+        p.z.store(z);
+        self.numbers.store([d.x, d.y, d.z, w.x, w.y, w.z, pdf, n.x, n.y, n.z]);
+        self.exists = samples.exists.bits();
+        self.is_infinite = samples.is_infinite.bits();
+        self.is_of_surface = samples.is_of_surface.bits();
+        self.is_front = end.is_front.bits();
     }
 
     #[inline(always)]
@@ -280,15 +287,8 @@ fn ask(
 pub(super) fn lane_by_lane(
     emitter: &(impl Emitter + ?Sized),
     asked: &SampleRows,
-) -> EmitterSampleRows {
-    let mut rows = EmitterSampleRows {
-        point: [[0.0; 8]; 3],
-        numbers: Rows::ZERO,
-        exists: 0,
-        is_infinite: 0,
-        is_of_surface: 0,
-        is_front: 0,
-    };
+    rows: &mut EmitterSampleRows,
+) {
     for lane in 0..8 {
         let from = DVec3::from(asked.from.map(|row| row[lane]));
         let u = DVec2::from(asked.u.map(|row| row[lane]));
@@ -307,7 +307,6 @@ pub(super) fn lane_by_lane(
         rows.is_of_surface |= u32::from(is_of_surface) << lane;
         rows.is_front |= u32::from(end.is_front) << lane;
     }
-    rows
 }
 
 impl dyn Emitter + '_ {
@@ -336,6 +335,8 @@ impl dyn Emitter + '_ {
         for (row, number) in asked.u.iter_mut().zip(u.to_array()) {
             number.store(row);
         }
-        self.sample_eight(R::level(token), &asked).load(token)
+        let mut rows = EmitterSampleRows::NONE;
+        self.sample_eight(R::level(token), &asked, &mut rows);
+        rows.load(token)
     }
 }

@@ -51,7 +51,8 @@ pub trait Integrator: Debug + Send + Sync {
         sampler: &mut PathSampler<'_>,
     ) -> Estimate;
 
-    /// [`Integrator::estimate`] of each of the samples, handed to `done` in their order, with the tracer.
+    /// [`Integrator::estimate`] of each of the samples, which are all of one sampler, handed to `done` in their order, with the
+    /// tracer.
     fn estimates<'a, 's>(
         &self,
         tracer: &mut Tracer<'a>,

@@ -5,7 +5,7 @@
 //! ended. What a path finds depends on nothing but its sample, and estimates are handed on in the order of the samples,
 //! so that sums over them do not depend on when a path ends.
 
-use std::mem;
+use std::{mem, ptr};
 
 use super::groups::Groups;
 use super::shadows::Shadows;
@@ -119,7 +119,8 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
         while now.rays.len() < PATHS && finished.has_room() {
             let Some(Sample { ray, sampler }) = samples.next() else { return };
             let (sampler, key, dimension) = sampler.parts();
-            of_all.get_or_insert(sampler);
+            let first = *of_all.get_or_insert(sampler);
+            debug_assert!(ptr::addr_eq(first, sampler), "all samples have one sampler");
             now.rays.push(&ray);
             now.paths.begin(finished.begin(), key, dimension);
         }

@@ -13,6 +13,9 @@ pub struct Columns<T, const N: usize> {
 /// The most lanes that are appended at once.
 const LANES: usize = 8;
 
+/// Rows that there is room for at first: those of a pool of paths.
+const FIRST: usize = 256;
+
 impl<T: Copy + Default, const N: usize> Default for Columns<T, N> {
     fn default() -> Self {
         Self { len: 0, columns: std::array::from_fn(|_| Vec::new()) }
@@ -50,7 +53,7 @@ impl<T: Copy + Default, const N: usize> Columns<T, N> {
 
     #[cold]
     fn grow(&mut self) {
-        let size = (2 * self.len + LANES).next_multiple_of(64);
+        let size = (2 * self.len).max(FIRST) + LANES;
         for column in &mut self.columns {
             column.resize(size, T::default());
         }
