@@ -17,6 +17,7 @@ mod invariants;
 mod leaving;
 mod lights;
 mod limits;
+mod polygons;
 mod queries;
 mod replay;
 mod shading_normals;
