@@ -5,6 +5,8 @@ mod support;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use glam::Vec3A;
+use support::meshes::{mesh, ply};
 use support::pictures::{in_package, picture, read, scene_files};
 use support::stats::Moments;
 use telamon::intersect::Backend;
@@ -22,18 +24,11 @@ fn write_mesh(scene: &str, folder: &Path) -> Option<PathBuf> {
     // Counter-clockwise from outside.
     let corners = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]];
     let faces = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
-    let corners = corners.map(|c| {
-        let [x, y, z] = [0, 1, 2].map(|i| center[i] + size * f64::from(c[i]));
-        format!("{x} {y} {z}\n")
-    });
+    let corners = corners.map(|c| [0, 1, 2].map(|i| (center[i] + size * f64::from(c[i])) as f32));
     let text = if scene == "gyroid" {
-        let faces = faces.map(|[a, b, c]| format!("3 {a} {b} {c}\n")).concat();
-        let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
-                      property float z\nelement face 4\nproperty list uchar int vertex_indices\n\
-                      end_header\n";
-        format!("{header}{}{faces}", corners.concat())
+        ply(&mesh(corners.map(Vec3A::from).into(), faces.into()))
     } else {
-        let corners = corners.map(|c| format!("v {c}")).concat();
+        let corners = corners.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
         let faces = faces.map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1)).concat();
         format!("{corners}{faces}")
     };

@@ -58,7 +58,7 @@ impl<R: Real> Scattered<R> {
     #[inline(always)]
     pub fn smooth(exists: R::Mask, wo: Vec3<R>, weight: Vec3<R>, pdf: R) -> Self {
         let token = exists.token();
-        let none = R::Mask::from_bits(token, 0);
+        let none = R::Mask::splat(token, false);
         let eta = R::splat(token, 1.0);
         Self { exists, wo, weight, pdf, is_delta: none, is_null: none, eta }
     }
@@ -66,7 +66,7 @@ impl<R: Real> Scattered<R> {
     /// Of a delta lobe that this is the discrete probability of, on the side of `wi`.
     #[inline(always)]
     pub fn delta(exists: R::Mask, wo: Vec3<R>, weight: Vec3<R>, probability: R) -> Self {
-        let is_delta = R::Mask::from_bits(exists.token(), u32::MAX);
+        let is_delta = R::Mask::splat(exists.token(), true);
         Self { is_delta, ..Self::smooth(exists, wo, weight, probability) }
     }
 
@@ -77,8 +77,12 @@ impl<R: Real> Scattered<R> {
     }
 
     /// That of a lane, if there is one.
+    ///
+    /// # Panics
+    /// There is no such lane.
     #[inline(always)]
-    fn lane(&self, i: usize) -> Option<BsdfSample> {
+    #[must_use]
+    pub fn lane(&self, i: usize) -> Option<BsdfSample> {
         let lobe = match (self.is_delta.lane(i), self.is_null.lane(i)) {
             (false, _) => Lobe::Smooth,
             (true, false) => Lobe::Delta,
@@ -100,12 +104,12 @@ impl<R: Real> Select for Scattered<R> {
     #[inline(always)]
     fn selected(mask: R::Mask, yes: Self, no: Self) -> Self {
         Self {
-            exists: (mask & yes.exists) | (!mask & no.exists),
+            exists: mask.select(yes.exists, no.exists),
             wo: Vec3::select(mask, yes.wo, no.wo),
             weight: Vec3::select(mask, yes.weight, no.weight),
             pdf: R::select(mask, yes.pdf, no.pdf),
-            is_delta: (mask & yes.is_delta) | (!mask & no.is_delta),
-            is_null: (mask & yes.is_null) | (!mask & no.is_null),
+            is_delta: mask.select(yes.is_delta, no.is_delta),
+            is_null: mask.select(yes.is_null, no.is_null),
             eta: R::select(mask, yes.eta, no.eta),
         }
     }
@@ -180,7 +184,7 @@ impl dyn Bsdf + '_ {
 /// One sample, or none, in all lanes.
 #[inline(always)]
 fn scattered<R: Real>(token: R::Token, sample: Option<BsdfSample>) -> Scattered<R> {
-    let everywhere = |set: bool| R::Mask::from_bits(token, if set { u32::MAX } else { 0 });
+    let everywhere = |set| R::Mask::splat(token, set);
     let exists = everywhere(sample.is_some());
     let BsdfSample { wo, weight, pdf, lobe, eta } = sample.unwrap_or(BsdfSample {
         wo: Vec3A::ZERO,

@@ -12,7 +12,7 @@ pub struct Null;
 /// The sample that goes straight on, with this weight and probability.
 #[inline(always)]
 pub(super) fn pass<R: Real>(wi: Vec3<R>, weight: Vec3<R>, probability: R) -> Scattered<R> {
-    let everywhere = R::Mask::from_bits(wi.token(), u32::MAX);
+    let everywhere = R::Mask::splat(wi.token(), true);
     Scattered { is_null: everywhere, ..Scattered::delta(everywhere, -wi, weight, probability) }
 }
 

@@ -125,7 +125,7 @@ impl Material for Plastic {
 
     #[inline(always)]
     fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
-        let everywhere = R::Mask::from_bits(wi.token(), u32::MAX);
+        let everywhere = R::Mask::splat(wi.token(), true);
         let reflected = self.reflected(wi);
         let probability = self.coat.specular_probability(reflected);
         let (specular, rest) = choose(probability, u.x);

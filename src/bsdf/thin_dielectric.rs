@@ -45,7 +45,7 @@ impl Material for ThinDielectric {
     #[inline(always)]
     fn sample<R: Real>(&self, place: &Place<R>, wi: Vec3<R>, u: Vec2<R>) -> Scattered<R> {
         let r = self.reflected(wi);
-        let everywhere = R::Mask::from_bits(wi.token(), u32::MAX);
+        let everywhere = R::Mask::splat(wi.token(), true);
         let weight = self.factors.reflectance.at(place.uv);
         let reflected = Scattered::delta(everywhere, mirrored(wi), weight, r);
         let transmitted = pass(wi, self.factors.transmittance.at(place.uv), r.one_minus());

@@ -9,7 +9,7 @@ use super::sample::{EmitterSampleRows, SampleRows};
 use super::{Emitter, EmitterBounds, EmitterSample, EmitterSamples, Sight};
 use crate::math::discrete::ONE_MINUS_ULP;
 use crate::math::real::{Double, Float, Lanes, Level, Mask, Real, Simd, Task, f32x8, f64x8};
-use crate::math::{Choice, Choices, Discrete, Rgb, luminance, vector as real};
+use crate::math::{Choices, Discrete, Rgb, luminance, vector as real};
 use crate::ray::{Hit, Ray, RayEnds};
 use crate::shape::{Shape, ShapeSamples, SurfacePoint};
 use crate::texture::{Texture, Textured};
@@ -114,16 +114,22 @@ impl Area {
         EmitterSamples::of_surface(exists & is_front, direction, weight, narrow(pdf), end)
     }
 
-    /// The same in one lane.
-    fn sample_primitive_toward(
+    /// A point of the part that is named in each lane, or of any.
+    #[inline(always)]
+    fn sample<R: Real>(
         &self,
-        primitive: usize,
-        probability: f64,
-        from: DVec3,
-        u: DVec2,
-    ) -> Option<EmitterSample> {
-        let primitives = [primitive as u32];
-        self.sample_primitives::<f32>(&primitives, probability, from.into(), u.into()).lane(0)
+        parts: Option<R::Each<u32>>,
+        from: real::Vec3<R::Double>,
+        u: real::Vec2<R::Double>,
+    ) -> EmitterSamples<R> {
+        let Choices { index, probability, rest } = match parts {
+            Some(index) if self.is_split() => {
+                let probability = R::Double::splat(u.x.token(), 1.0);
+                Choices { index, probability, rest: u.x }
+            }
+            _ => self.primitives.sample_each::<R>(u.x),
+        };
+        self.sample_primitives(&index, probability, from, real::Vec2::new(rest, u.y))
     }
 }
 
@@ -140,31 +146,16 @@ impl Task for Sample<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { area, asked, samples: output } = self;
-        let [x, y, z] = &asked.from;
-        let from =
-            real::Vec3::new(f64x8::load(simd, x), f64x8::load(simd, y), f64x8::load(simd, z));
-        let y = f64x8::load(simd, &asked.u[1]);
-        let (primitives, probability, x) = match asked.parts {
-            Some(parts) if area.is_split() => {
-                (parts, f64x8::splat(simd, 1.0), f64x8::load(simd, &asked.u[0]))
-            }
-            _ => {
-                let u = f64x8::load(simd, &asked.u[0]);
-                let Choices { index, probability, rest } =
-                    area.primitives.sample_each::<f32x8<S>>(u);
-                (index, probability, rest)
-            }
-        };
-        let u = real::Vec2::new(x, y);
-        let samples = area.sample_primitives::<f32x8<S>>(&primitives, probability, from, u);
+        let from = asked.from.load::<f64x8<S>>(simd).into();
+        let u = asked.u.load::<f64x8<S>>(simd).into();
+        let samples = area.sample::<f32x8<S>>(asked.parts, from, u);
         output.store(&samples);
     }
 }
 
 impl Emitter for Area {
     fn sample_toward(&self, from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        let Choice { index, probability, rest } = self.primitives.sample(u.x);
-        self.sample_primitive_toward(index, probability, from, DVec2::new(rest, u.y))
+        self.sample::<f32>(None, from.into(), u.into()).lane(0)
     }
 
     fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
@@ -202,11 +193,7 @@ impl Emitter for Area {
     }
 
     fn sample_part_toward(&self, part: usize, from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        if self.is_split() {
-            self.sample_primitive_toward(part, 1.0, from, u)
-        } else {
-            self.sample_toward(from, u)
-        }
+        self.sample::<f32>(Some([part as u32]), from.into(), u.into()).lane(0)
     }
 
     fn sample_eight(&self, level: Level, asked: &SampleRows, samples: &mut EmitterSampleRows) {

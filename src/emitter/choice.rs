@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3A};
 
 use super::light_bvh::LightChoice;
 use super::{ChoicePolicy, Emitter, EmitterSample, EmitterSamples, LightBvh, Sight};
-use crate::math::real::{Lanes, Mask, Real};
+use crate::math::real::{Lanes, Mask, Real, Select};
 use crate::math::{Choice, Discrete, vector as real};
 
 /// A point that light is to arrive at.
@@ -192,7 +192,7 @@ impl EmitterChoice {
                 let parts = part.map(|first| R::each(|i| part_of(i).unwrap_or(first) as u32));
                 chosen_emitter.sample(parts, receivers.position, u)
             };
-            samples = EmitterSamples::select(same, &sampled, &samples);
+            samples = Select::selected(same, sampled, samples);
             answered |= same;
         }
         let probability =

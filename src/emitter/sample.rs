@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3A};
 
 use super::Emitter;
-use crate::math::real::{Lanes, Mask, Real, Rows};
+use crate::math::real::{Lanes, Mask, Real, Rows, Select};
 use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Rgb, UNIT_ROUNDOFF};
 use crate::ray::{Ray, RayEnd, RayEnds, RayLanes, Rays};
@@ -81,28 +81,21 @@ impl<R: Real> EmitterSamples<R> {
     #[inline(always)]
     pub(super) fn splat(token: R::Token, sample: Option<&EmitterSample>) -> Self {
         let origin = sample.map_or(LightOrigin::Infinity, |sample| sample.origin);
-        let (point, normal) = match origin {
-            LightOrigin::Infinity => (DVec3::ZERO, Vec3A::ZERO),
-            LightOrigin::Point(point) => (point.as_dvec3(), Vec3A::ZERO),
-            LightOrigin::Surface(end) => (end.point, end.normal.into()),
-        };
         let direction = sample.map_or(Vec3A::ZERO, |sample| sample.direction);
-        let (point, normal) = (Vec3::splat(token, point.into()), Vec3::splat(token, normal.into()));
-        let direction = Vec3::splat(token, direction.into());
-        let everywhere = |set| R::Mask::splat(token, set);
-        let is_of_surface = matches!(origin, LightOrigin::Surface(_));
         let end = match origin {
-            LightOrigin::Surface(end) => RayEnds::splat(token, &end),
-            _ => RayEnds::new(point, normal, -direction),
+            LightOrigin::Surface(end) => end,
+            LightOrigin::Point(point) => RayEnd::new(point.as_dvec3(), Vec3A::ZERO, -direction),
+            LightOrigin::Infinity => RayEnd::new(DVec3::ZERO, Vec3A::ZERO, -direction),
         };
+        let everywhere = |set| R::Mask::splat(token, set);
         Self {
             exists: everywhere(sample.is_some()),
-            direction,
+            direction: Vec3::splat(token, direction.into()),
             weight: Vec3::splat(token, sample.map_or(Rgb::ZERO, |s| s.weight).into()),
             pdf: R::splat(token, sample.map_or(0.0, |s| s.pdf)),
             is_infinite: everywhere(matches!(origin, LightOrigin::Infinity)),
-            is_of_surface: everywhere(is_of_surface),
-            end,
+            is_of_surface: everywhere(matches!(origin, LightOrigin::Surface(_))),
+            end: RayEnds::splat(token, &end),
         }
     }
 
@@ -128,25 +121,6 @@ impl<R: Real> EmitterSamples<R> {
         })
     }
 
-    /// `yes` where the mask is set, `no` elsewhere.
-    #[inline(always)]
-    pub(super) fn select(mask: R::Mask, yes: &Self, no: &Self) -> Self {
-        let which = |yes, no| (mask & yes) | (!mask & no);
-        Self {
-            exists: which(yes.exists, no.exists),
-            direction: Vec3::select(mask, yes.direction, no.direction),
-            weight: Vec3::select(mask, yes.weight, no.weight),
-            pdf: R::select(mask, yes.pdf, no.pdf),
-            is_infinite: which(yes.is_infinite, no.is_infinite),
-            is_of_surface: which(yes.is_of_surface, no.is_of_surface),
-            end: RayEnds {
-                point: Vec3::select(mask, yes.end.point, no.end.point),
-                normal: Vec3::select(mask, yes.end.normal, no.end.normal),
-                is_front: which(yes.end.is_front, no.end.is_front),
-            },
-        }
-    }
-
     /// The rays that have to be free for the light to arrive at `receiver`. None where the two ends are
     /// so close that rounding turns the ray around, and nothing can be said to lie between them.
     #[inline(always)]
@@ -161,6 +135,27 @@ impl<R: Real> EmitterSamples<R> {
         rays.t_max = R::select(self.is_infinite, rays.t_max, length * BEFORE_END);
         let exists = self.exists & (self.is_infinite | is_ahead);
         ShadowRays { exists, rays, is_to_surface: self.is_of_surface, end: self.end }
+    }
+}
+
+impl<R: Real> Select for EmitterSamples<R> {
+    type Mask = R::Mask;
+
+    #[inline(always)]
+    fn selected(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            exists: mask.select(yes.exists, no.exists),
+            direction: Vec3::select(mask, yes.direction, no.direction),
+            weight: Vec3::select(mask, yes.weight, no.weight),
+            pdf: R::select(mask, yes.pdf, no.pdf),
+            is_infinite: mask.select(yes.is_infinite, no.is_infinite),
+            is_of_surface: mask.select(yes.is_of_surface, no.is_of_surface),
+            end: RayEnds {
+                point: Vec3::select(mask, yes.end.point, no.end.point),
+                normal: Vec3::select(mask, yes.end.normal, no.end.normal),
+                is_front: mask.select(yes.end.is_front, no.end.is_front),
+            },
+        }
     }
 }
 
@@ -199,9 +194,9 @@ impl<R: Real> ShadowRays<R> {
 #[repr(C, align(64))]
 pub struct SampleRows {
     /// Where light is to arrive: x, y and z.
-    pub from: [[f64; 8]; 3],
+    pub from: Rows<3, f64>,
     /// See [`Emitter::sample_toward`].
-    pub u: [[f64; 8]; 2],
+    pub u: Rows<2, f64>,
     /// See [`Emitter::sample_part_toward`]; `None` for [`Emitter::sample_toward`].
     pub parts: Option<[u32; 8]>,
 }
@@ -210,7 +205,7 @@ pub struct SampleRows {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct EmitterSampleRows {
-    point: [[f64; 8]; 3],
+    point: Rows<3, f64>,
     /// Direction, weight, density, normal of the end.
     numbers: Rows<10>,
     exists: u32,
@@ -222,7 +217,7 @@ pub struct EmitterSampleRows {
 impl EmitterSampleRows {
     /// For what is written next.
     const NONE: Self = Self {
-        point: [[0.0; 8]; 3],
+        point: Rows([[0.0; 8]; 3]),
         numbers: Rows::ZERO,
         exists: 0,
         is_infinite: 0,
@@ -234,11 +229,8 @@ impl EmitterSampleRows {
     #[inline(always)]
     pub(super) fn store<R: Real>(&mut self, samples: &EmitterSamples<R>) {
         let EmitterSamples { direction: d, weight: w, pdf, ref end, .. } = *samples;
-        let (p, n) = (end.point, end.normal);
-        let [x, y, z] = &mut self.point;
-        p.x.store(x);
-        p.y.store(y);
-        p.z.store(z);
+        let n = end.normal;
+        self.point.store(end.point.to_array());
         self.numbers.store([d.x, d.y, d.z, w.x, w.y, w.z, pdf, n.x, n.y, n.z]);
         self.exists = samples.exists.bits();
         self.is_infinite = samples.is_infinite.bits();
@@ -258,11 +250,7 @@ impl EmitterSampleRows {
             is_infinite: mask(self.is_infinite),
             is_of_surface: mask(self.is_of_surface),
             end: RayEnds {
-                point: Vec3::new(
-                    R::Double::load(token, &self.point[0]),
-                    R::Double::load(token, &self.point[1]),
-                    R::Double::load(token, &self.point[2]),
-                ),
+                point: self.point.load::<R::Double>(token).into(),
                 normal: Vec3::new(g, h, i),
                 is_front: mask(self.is_front),
             },
@@ -290,8 +278,7 @@ pub(super) fn lane_by_lane(
     rows: &mut EmitterSampleRows,
 ) {
     for lane in 0..8 {
-        let from = DVec3::from(asked.from.map(|row| row[lane]));
-        let u = DVec2::from(asked.u.map(|row| row[lane]));
+        let (from, u) = (asked.from.lane(lane).into(), asked.u.lane(lane).into());
         let part = asked.parts.map(|parts| parts[lane]);
         let Some(sample) = ask(emitter, part, from, u) else { continue };
         let EmitterSamples {
@@ -299,9 +286,7 @@ pub(super) fn lane_by_lane(
         } = EmitterSamples::<f32>::splat((), Some(&sample));
         let n = end.normal;
         rows.numbers.set_lane(lane, [d.x, d.y, d.z, w.x, w.y, w.z, pdf, n.x, n.y, n.z]);
-        for (row, number) in rows.point.iter_mut().zip(end.point.to_array()) {
-            row[lane] = number;
-        }
+        rows.point.set_lane(lane, end.point.to_array());
         rows.exists |= 1 << lane;
         rows.is_infinite |= u32::from(is_infinite) << lane;
         rows.is_of_surface |= u32::from(is_of_surface) << lane;
@@ -324,17 +309,11 @@ impl dyn Emitter + '_ {
             let sample = ask(self, part, from.lane(0).into(), u.lane(0).into());
             return EmitterSamples::splat(token, sample.as_ref());
         }
-        let mut asked = SampleRows {
-            from: [[0.0; 8]; 3],
-            u: [[0.0; 8]; 2],
+        let asked = SampleRows {
+            from: Rows::of(from.to_array()),
+            u: Rows::of(u.to_array()),
             parts: parts.map(|parts| std::array::from_fn(|i| parts.as_ref()[i])),
         };
-        for (row, number) in asked.from.iter_mut().zip(from.to_array()) {
-            number.store(row);
-        }
-        for (row, number) in asked.u.iter_mut().zip(u.to_array()) {
-            number.store(row);
-        }
         let mut rows = EmitterSampleRows::NONE;
         self.sample_eight(R::level(token), &asked, &mut rows);
         rows.load(token)

@@ -69,7 +69,7 @@ impl Discrete {
         }
         let probability = self.probability(index);
         let rest = (u - self.cumulative[index]) / probability;
-        Choice { index, probability, rest: rest.clamp(0.0, 1.0 - f64::EPSILON / 2.0) }
+        Choice { index, probability, rest: rest.clamp(0.0, BELOW_ONE) }
     }
 }
 
@@ -90,11 +90,10 @@ impl Discrete {
                 let choose = |yes, no| R::Double::select(second, yes, no);
                 let probability = choose(last - middle, middle);
                 let rest = (u - choose(middle, 0.0)) / probability;
-                let most = R::Double::splat(token, 1.0 - f64::EPSILON / 2.0);
                 Choices {
                     index: R::each(|i| second.lane(i).into()),
                     probability,
-                    rest: R::Double::select(rest.lt(most), rest, most),
+                    rest: R::Double::select(rest.lt(BELOW_ONE), rest, BELOW_ONE),
                 }
             }
             _ => {
@@ -136,6 +135,9 @@ pub struct Choice {
 /// The largest f32 below 1: the largest value that a sample of `[0, 1)` may have.
 pub const ONE_MINUS_ULP: f32 = 1.0 - f32::EPSILON / 2.0;
 
+/// The largest f64 below 1.
+pub const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
 /// Numbers in `[0, 1)`, rounded to f32 without becoming 1.
 #[must_use]
 pub fn round_below_one(u: DVec2) -> Vec2 {
@@ -173,7 +175,7 @@ mod tests {
     fn both_forms_choose_the_same() {
         for weights in [&[2.0][..], &[1.0, 3.0], &[0.0, 3.0], &[3.0, 0.0], &[1.0, 0.0, 2.0, 5.0]] {
             let d = Discrete::new(weights).expect("positive weights");
-            for u in [0.0, 1e-300, 0.1, 0.25, 0.25 - 1e-17, 0.3, 0.9, 1.0 - f64::EPSILON / 2.0] {
+            for u in [0.0, 1e-300, 0.1, 0.25, 0.25 - 1e-17, 0.3, 0.9, BELOW_ONE] {
                 let Choices { index, probability, rest } = d.sample_each::<f32>(u);
                 let each = Choice { index: index[0] as usize, probability, rest };
                 assert_eq!(each, d.sample(u), "{weights:?} {u}");

@@ -6,6 +6,7 @@
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
+use super::discrete::BELOW_ONE;
 use super::real::{Real, sin_cos_octant};
 use super::vector::{Vec2, Vec3};
 
@@ -175,7 +176,7 @@ pub fn interval_to_linear(u: f64, low: f64, high: f64) -> f64 {
         return 0.0;
     }
     let slope = (low * low * (1.0 - u) + high * high * u).sqrt();
-    (u * (low + high) / (low + slope)).min(1.0 - f64::EPSILON / 2.0)
+    (u * (low + high) / (low + slope)).min(BELOW_ONE)
 }
 
 /// Density of [`interval_to_linear`].

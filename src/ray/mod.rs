@@ -8,7 +8,7 @@ use crate::math::vector::Vec3 as Real3;
 
 mod rays;
 
-pub(crate) use rays::{Between, inward_bits};
+pub(crate) use rays::Between;
 pub use rays::{RayLanes, Rays};
 
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
@@ -62,6 +62,17 @@ impl Inward {
         let longest = way.abs().max_element();
         let way = if longest > LONGEST { way * (LONGEST / longest) } else { way };
         Self((way * 8.0).round().to_array().map(|eighths| eighths as i8))
+    }
+
+    /// As bits, from bit 8 on: below them there is room for what else is to be said of an end.
+    pub(crate) fn to_bits(self) -> u32 {
+        let [x, y, z] = self.0.map(|eighths| u32::from(eighths.cast_unsigned()));
+        x << 8 | y << 16 | z << 24
+    }
+
+    /// The inverse of [`Inward::to_bits`], whatever is below bit 8.
+    pub(crate) fn from_bits(bits: u32) -> Self {
+        Self([8, 16, 24].map(|shift| (bits >> shift) as u8 as i8))
     }
 
     /// The way, along the surface; 0 if no edge is near.

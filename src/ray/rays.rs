@@ -29,16 +29,10 @@ const EXISTS: u32 = 1;
 /// Of those whose side is the back.
 const IS_BACK: u32 = 2;
 
-/// Whether there is an end, its side, and from bit 8 on the components of [`RayEnd::inward`].
+/// Whether there is an end, its side, and the bits of [`RayEnd::inward`].
 fn bits_of(end: &RayEnd) -> u32 {
     let back = if end.side == Side::Back { IS_BACK } else { 0 };
-    EXISTS | back | inward_bits(end.inward)
-}
-
-/// The bits of the way off edges.
-pub(crate) fn inward_bits(inward: Inward) -> u32 {
-    let [x, y, z] = inward.0.map(|eighths| u32::from(eighths.cast_unsigned()));
-    x << 8 | y << 16 | z << 24
+    EXISTS | back | end.inward.to_bits()
 }
 
 impl Ends {
@@ -80,7 +74,7 @@ impl Ends {
             return None;
         }
         let side = if bits & IS_BACK == 0 { Side::Front } else { Side::Back };
-        let inward = Inward([8, 16, 24].map(|shift| (bits >> shift) as u8 as i8));
+        let inward = Inward::from_bits(bits);
         Some(RayEnd { point: self.points.row(i).into(), normal: Vec3::new(x, y, z), side, inward })
     }
 }
@@ -122,7 +116,7 @@ pub struct RayLanes<R: Real> {
     pub time: R,
     /// See [`Ray::start`].
     pub start: RayEnds<R>,
-    /// Bits of what is near a start: see [`inward_bits`].
+    /// See [`Inward::to_bits`].
     pub(crate) inward: R::Uint,
 }
 
@@ -131,8 +125,7 @@ impl<R: Real> RayLanes<R> {
     #[inline(always)]
     #[must_use]
     pub fn lane(&self, i: usize) -> Ray {
-        let bits = self.inward.lane(i);
-        let inward = Inward([8, 16, 24].map(|shift| (bits >> shift) as u8 as i8));
+        let inward = Inward::from_bits(self.inward.lane(i));
         Ray {
             origin: Vec3A::from(self.origin.lane(i)),
             direction: Vec3A::from(self.direction.lane(i)),

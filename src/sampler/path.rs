@@ -80,13 +80,6 @@ impl<'a, R: Real> PathSamplers<'a, R> {
         Self { sampler, keys, dimension }
     }
 
-    /// The keys.
-    #[inline(always)]
-    #[must_use]
-    pub fn keys(&self) -> PathKeys<R::Uint> {
-        self.keys
-    }
-
     /// The next number, in `[0, 1)`, where it is `used`; elsewhere it stays the next one.
     #[inline(always)]
     pub fn next_1d(&mut self, used: R::Mask) -> R {
@@ -122,8 +115,8 @@ impl<'a, R: Real> PathSamplers<'a, R> {
         let token = self.dimension.token();
         let PathKeys { high, low } = self.keys;
         if R::LANES == 1 {
-            let key = PathKey(u64::from(high.lane(0)) << 32 | u64::from(low.lane(0)));
-            let bits = self.sampler.bits(asked, key, self.dimension.lane(0));
+            let key = PathKeys { high: high.lane(0), low: low.lane(0) };
+            let bits = self.sampler.bits(asked, key.into(), self.dimension.lane(0));
             return bits.map(|bits| R::Uint::splat(token, bits));
         }
         let paths = Rows::of([R::from_bits(high), R::from_bits(low), R::from_bits(self.dimension)]);

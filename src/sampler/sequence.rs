@@ -38,6 +38,13 @@ impl From<PathKey> for PathKeys<u32> {
     }
 }
 
+impl From<PathKeys<u32>> for PathKey {
+    #[inline(always)]
+    fn from(PathKeys { high, low }: PathKeys<u32>) -> Self {
+        Self(u64::from(high) << 32 | u64::from(low))
+    }
+}
+
 /// What a sampler is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {

@@ -8,7 +8,7 @@ use super::{NearEdge, Shape, ShapeSample, SurfacePoint, Toward};
 use crate::math::real::{Lanes, Mask, Real};
 use crate::math::vector::{Vec2, Vec3};
 use crate::math::warp;
-use crate::ray::{Hit, Ray, RayEnds, RayLanes, inward_bits};
+use crate::ray::{Hit, Ray, RayEnds, RayLanes};
 
 /// A [`SurfacePoint`] in each lane.
 #[derive(Clone, Copy, Debug)]
@@ -134,19 +134,15 @@ impl<R: Real> Interaction<R> {
     fn set_lane(&mut self, lane: usize, surface: &SurfacePoint) {
         let token = self.time.token();
         let here = R::mask(token, |i| i == lane);
-        let other = Self {
-            position: Vec3::splat(token, surface.position.into()),
-            parameters: Vec2::splat(token, surface.parameters.into()),
-            geometric_normal: Vec3::splat(token, surface.geometric_normal.into()),
-            shading_normal: Vec3::splat(token, surface.shading_normal.into()),
-            time: R::splat(token, surface.time),
-            ..*self
-        };
-        self.position = Vec3::select(here, other.position, self.position);
-        self.parameters = Vec2::select(here, other.parameters, self.parameters);
-        self.geometric_normal = Vec3::select(here, other.geometric_normal, self.geometric_normal);
-        self.shading_normal = Vec3::select(here, other.shading_normal, self.shading_normal);
-        self.time = R::select(here, other.time, self.time);
+        let vector =
+            |number: Vec3A, old| Vec3::select(here, Vec3::splat(token, number.into()), old);
+        let position = Vec3::splat(token, surface.position.into());
+        let parameters = Vec2::splat(token, surface.parameters.into());
+        self.position = Vec3::select(here, position, self.position);
+        self.parameters = Vec2::select(here, parameters, self.parameters);
+        self.geometric_normal = vector(surface.geometric_normal, self.geometric_normal);
+        self.shading_normal = vector(surface.shading_normal, self.shading_normal);
+        self.time = R::select(here, surface.time, self.time);
         self.near_edge.as_mut()[lane] = surface.near_edge;
         if surface.near_edge.is_some() {
             self.is_near_edge |= here;
@@ -186,7 +182,7 @@ impl<R: Real> Interaction<R> {
             let start = near_edge.start(&rays.start.lane(i), rays.direction.lane(i).into());
             let here = R::mask(token, |lane| lane == i);
             rays.origin = Vec3::select(here, Vec3::splat(token, start.into()), rays.origin);
-            rays.inward = R::Uint::select(here, inward_bits(near_edge.inward), rays.inward);
+            rays.inward = R::Uint::select(here, near_edge.inward.to_bits(), rays.inward);
         }
     }
 }
@@ -294,6 +290,7 @@ impl<R: Real> ShapeSamples<R> {
         })
     }
 
+    #[inline(always)]
     fn lane_by_lane(
         shape: &dyn Shape,
         primitives: &[u32],

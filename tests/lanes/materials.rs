@@ -6,8 +6,8 @@ use crate::support::materials::{Material, materials};
 use crate::support::{corners, points};
 use glam::{Affine2, Vec3A};
 use half::f16;
-use telamon::bsdf::{BsdfSample, Lobe, Scattered};
-use telamon::math::real::{Lanes, Level, Mask, Real, Simd, Task, f32x8};
+use telamon::bsdf::{BsdfSample, Lobe};
+use telamon::math::real::{Lanes, Level, Simd, Task, f32x8};
 use telamon::math::vector::{Vec2, Vec3};
 use telamon::math::warp;
 use telamon::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
@@ -50,24 +50,9 @@ impl Task for Ask<'_> {
         let sample = material.bsdf.scatter(&place, wi, Vec2::load(simd, &u));
         std::array::from_fn(|i| {
             let [r, g, b] = value.lane(i).to_array();
-            ([r, g, b, pdf.lane(i)], lane_of(&sample, i))
+            ([r, g, b, pdf.lane(i)], sample.lane(i))
         })
     }
-}
-
-fn lane_of<R: Real>(sample: &Scattered<R>, i: usize) -> Option<BsdfSample> {
-    let lobe = match (sample.is_delta.lane(i), sample.is_null.lane(i)) {
-        (false, _) => Lobe::Smooth,
-        (true, false) => Lobe::Delta,
-        (true, true) => Lobe::Null,
-    };
-    sample.exists.lane(i).then(|| BsdfSample {
-        wo: sample.wo.lane(i).into(),
-        weight: sample.weight.lane(i).into(),
-        pdf: sample.pdf.lane(i),
-        lobe,
-        eta: sample.eta.lane(i),
-    })
 }
 
 /// All of a sample as bits.

@@ -1,35 +1,16 @@
 //! Whole pictures of the scenes that come with the program: eight lanes at each level, and each path by itself.
 
 use std::fs;
-use std::path::PathBuf;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use telamon::integrator::{self, Estimate, Sample, Tracer};
 use telamon::intersect::{self, Backend};
 use telamon::math::real::Level;
 use telamon::render::Description;
 use telamon::sampler::{self, PathSampler, Sampler};
 
+use crate::support::meshes::{ply, sphere_mesh};
 use crate::support::pictures::{read, scene_files};
-
-/// A sphere in the place of the meshes that are not part of the package, as PLY.
-fn write_mesh(folder: &std::path::Path) -> PathBuf {
-    let mesh = crate::support::meshes::sphere_mesh(glam::DVec3::new(0.0, 1.1, 0.0), 1.0, 6, 9);
-    let vertices = mesh.positions().iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z));
-    let faces = mesh.triangles().iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
-    let text = format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
-         property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n\
-         {}{}",
-        mesh.positions().len(),
-        mesh.triangles().len(),
-        vertices.collect::<String>(),
-        faces.collect::<String>(),
-    );
-    let path = folder.join("ball.ply");
-    fs::write(&path, text).expect("writable");
-    path
-}
 
 /// The samples of a picture of 12 x 9 pixels, three each, row by row.
 fn samples<'s>(
@@ -57,7 +38,10 @@ fn bits(estimates: &[Estimate]) -> Vec<[u32; 4]> {
 #[test]
 fn pictures_have_one_form() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mesh = write_mesh(folder.path());
+    // In the place of the meshes that are not part of the package.
+    let mesh = folder.path().join("ball.ply");
+    let ball = sphere_mesh(DVec3::new(0.0, 1.1, 0.0), 1.0, 6, 9);
+    fs::write(&mesh, ply(&ball)).expect("writable");
     let mesh = mesh.to_str().expect("UTF-8");
     let mut pictures = 0;
     for path in scene_files("scenes") {

@@ -21,6 +21,21 @@ pub(crate) fn mesh(positions: Vec<Vec3A>, triangles: Vec<[u32; 3]>) -> TriangleM
     mesh
 }
 
+/// The mesh as a PLY file.
+pub(crate) fn ply(mesh: &TriangleMesh) -> String {
+    let vertices = mesh.positions().iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z));
+    let faces = mesh.triangles().iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+         property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n\
+         {}{}",
+        mesh.positions().len(),
+        mesh.triangles().len(),
+        vertices.collect::<String>(),
+        faces.collect::<String>(),
+    )
+}
+
 /// The corners of a triangle of a mesh, in f64.
 pub(crate) fn corners_of(mesh: &TriangleMesh, primitive: u32) -> [DVec3; 3] {
     let corner = |i: u32| mesh.positions()[i as usize].as_dvec3();

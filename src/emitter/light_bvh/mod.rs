@@ -8,6 +8,7 @@ use std::num::NonZeroU64;
 use glam::{Vec3, Vec3A};
 
 use super::{EmitterBounds, Receiver};
+use crate::math::discrete::BELOW_ONE;
 
 mod build;
 
@@ -84,7 +85,7 @@ impl LightBvh {
             let shares = self.shares(index + 1, second, receiver)?;
             let side = usize::from(rest >= shares[0]);
             let below = if side == 0 { 0.0 } else { shares[0] };
-            rest = ((rest - below) / shares[side]).min(1.0 - f64::EPSILON / 2.0);
+            rest = ((rest - below) / shares[side]).min(BELOW_ONE);
             probability *= shares[side];
             index = if side == 0 { index + 1 } else { second };
         }

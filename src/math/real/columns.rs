@@ -90,6 +90,7 @@ impl<T: Copy + Default, const N: usize> Columns<T, N> {
         assert!(rows.len() == L::LANES && rows.iter().all(|&row| row < self.len));
         let mut numbers = [L::splat(token, L::Lane::default()); N];
         for (number, column) in numbers.iter_mut().zip(&self.columns) {
+            let column = &column[..self.len];
             *number = L::from_fn(token, |lane| column[rows[lane]]);
         }
         numbers

@@ -139,6 +139,12 @@ pub trait Mask:
     /// Whether all lanes are set.
     fn all(self) -> bool;
 
+    /// What `yes` says in lanes where the mask is set, what `no` says elsewhere.
+    #[inline(always)]
+    fn select(self, yes: Self, no: Self) -> Self {
+        (self & yes) | (!self & no)
+    }
+
     /// Whether any lane is set.
     #[inline(always)]
     fn any(self) -> bool {

@@ -1,25 +1,27 @@
 //! Numbers in lanes as they lie in memory.
 
-use super::Real;
+use super::Lanes;
 
 /// `N` numbers in eight lanes, of any level: what passes between code that was compiled for one level and a trait
 /// object, whose methods cannot be generic over levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
-pub struct Rows<const N: usize>(pub [[f32; 8]; N]);
+pub struct Rows<const N: usize, T = f32>(pub [[T; 8]; N]);
 
 impl<const N: usize> Rows<N> {
     /// For what is written next.
     pub const ZERO: Self = Self([[0.0; 8]; N]);
+}
 
+impl<const N: usize, T: Copy + Default> Rows<N, T> {
     /// Numbers in eight lanes into memory.
     ///
     /// # Panics
     /// There are not eight lanes.
     #[inline(always)]
     #[must_use]
-    pub fn of<R: Real>(numbers: [R; N]) -> Self {
-        let mut rows = Self::ZERO;
+    pub fn of<L: Lanes<Lane = T>>(numbers: [L; N]) -> Self {
+        let mut rows = Self([[T::default(); 8]; N]);
         rows.store(numbers);
         rows
     }
@@ -29,7 +31,7 @@ impl<const N: usize> Rows<N> {
     /// # Panics
     /// There are not eight lanes.
     #[inline(always)]
-    pub fn store<R: Real>(&mut self, numbers: [R; N]) {
+    pub fn store<L: Lanes<Lane = T>>(&mut self, numbers: [L; N]) {
         // By reference: an array that is taken apart goes through memory, at 30 ns a lane.
         for (row, number) in self.0.iter_mut().zip(&numbers) {
             number.store(row);
@@ -42,11 +44,11 @@ impl<const N: usize> Rows<N> {
     /// There are not eight lanes.
     #[inline(always)]
     #[must_use]
-    pub fn load<R: Real>(&self, token: R::Token) -> [R; N] {
+    pub fn load<L: Lanes<Lane = T>>(&self, token: L::Token) -> [L; N] {
         // Not by `array::from_fn`, which is not always inlined.
-        let mut numbers = [R::splat(token, 0.0); N];
+        let mut numbers = [L::splat(token, T::default()); N];
         for (number, row) in numbers.iter_mut().zip(&self.0) {
-            *number = R::load(token, row);
+            *number = L::load(token, row);
         }
         numbers
     }
@@ -56,7 +58,7 @@ impl<const N: usize> Rows<N> {
     /// # Panics
     /// There is no such lane.
     #[must_use]
-    pub fn lane(&self, lane: usize) -> [f32; N] {
+    pub fn lane(&self, lane: usize) -> [T; N] {
         self.0.map(|row| row[lane])
     }
 
@@ -64,7 +66,7 @@ impl<const N: usize> Rows<N> {
     ///
     /// # Panics
     /// There is no such lane.
-    pub fn set_lane(&mut self, lane: usize, numbers: [f32; N]) {
+    pub fn set_lane(&mut self, lane: usize, numbers: [T; N]) {
         for (row, number) in self.0.iter_mut().zip(numbers) {
             row[lane] = number;
         }
