@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec2, Vec3A};
 
-use super::sample::{EmitterSampleRows, SampleRows};
 use super::{Emitter, EmitterBounds, EmitterSample, EmitterSamples, Sight};
 use crate::math::discrete::ONE_MINUS_ULP;
-use crate::math::real::{Double, Float, Lanes, Level, Mask, Real, Simd, Task, f32x8, f64x8};
-use crate::math::{Choices, Discrete, Rgb, luminance, vector as real};
+use crate::math::real::{Double, Float, Lanes, Mask, Real};
+use crate::math::{Choice, Choices, Discrete, Rgb, luminance, vector as real};
 use crate::ray::{Hit, Ray, RayEnds};
-use crate::shape::{Shape, ShapeSamples, SurfacePoint};
+use crate::shape::sample::primitive_pdf;
+use crate::shape::{Arrivals, Interaction, Shape, ShapeSamples};
 use crate::texture::{Texture, Textured};
 
 /// The same radiance in all directions from each point of the front of a shape.
@@ -59,15 +59,7 @@ impl Area {
         Some(Self { shape, radiance, primitives, power })
     }
 
-    /// Radiance of a point of the front, seen along a ray that starts at `from`. Channels below 0 count as 0.
-    fn radiance_at(&self, from: DVec3, direction: Vec3A, hit: &Hit) -> Rgb {
-        match &self.radiance {
-            Textured::Uniform(radiance) => *radiance,
-            Textured::Varying(texture) => self.texel(texture.as_ref(), from, direction, hit),
-        }
-    }
-
-    /// The same where it varies.
+    /// Radiance of a point of the front where it varies, seen along a ray that starts at `from`. Channels below 0 count as 0.
     fn texel(&self, texture: &dyn Texture, from: DVec3, direction: Vec3A, hit: &Hit) -> Rgb {
         let uv = self.shape.uv(&Ray::from_exact(from, direction), hit);
         texture.rgb(uv).max(Rgb::ZERO)
@@ -78,29 +70,53 @@ impl Area {
         self.shape.primitive_count() > 2
     }
 
-    /// A point of one primitive in each lane, which was chosen with this probability. Triangles are sampled together, other
-    /// shapes and textured light one lane after the other.
+    /// The primitive for one number, among all, or that which is the named part.
+    fn choose(&self, part: Option<u32>, u: f64) -> Choice {
+        match part {
+            Some(part) if self.is_split() => {
+                Choice { index: part as usize, probability: 1.0, rest: u }
+            }
+            _ => self.primitives.sample(u),
+        }
+    }
+
+    /// A point of each lane's light as seen from `from`, or of a part of it that is named.
     #[inline(always)]
-    fn sample_primitives<R: Real>(
-        &self,
-        primitives: &R::Each<u32>,
-        probability: R::Double,
+    pub(super) fn sample<R: Real>(
+        areas: &R::Each<&Self>,
+        parts: &R::Each<Option<u32>>,
         from: real::Vec3<R::Double>,
         u: real::Vec2<R::Double>,
     ) -> EmitterSamples<R> {
-        let u = u.narrow().map(|u| u.min(ONE_MINUS_ULP));
-        let samples = ShapeSamples::<R>::new(self.shape.as_ref(), primitives, from, u);
+        let token = u.token();
+        let (area, parts) = (areas.as_ref(), parts.as_ref());
+        let are_one = (1..R::LANES).all(|i| std::ptr::eq(area[i], area[0]));
+        let Choices { index, probability, rest } =
+            if are_one && !(area[0].is_split() && parts.iter().any(Option::is_some)) {
+                area[0].primitives.sample_each::<R>(u.x)
+            } else {
+                let chosen = R::each(|i| area[i].choose(parts[i], u.x.lane(i)));
+                let chosen = chosen.as_ref();
+                Choices {
+                    index: R::each(|i| chosen[i].index as u32),
+                    probability: R::Double::from_fn(token, |i| chosen[i].probability),
+                    rest: R::Double::from_fn(token, |i| chosen[i].rest),
+                }
+            };
+        let u = real::Vec2::new(rest, u.y).narrow().map(|u| u.min(ONE_MINUS_ULP));
+        let shapes = R::each(|i| area[i].shape.as_ref());
+        let samples = ShapeSamples::<R>::new(&shapes, &index, from, u);
         let ShapeSamples { exists, position, parameters, normal, direction, pdf, .. } = samples;
-        let radiance = match &self.radiance {
-            Textured::Uniform(radiance) => real::Vec3::splat(u.x.token(), (*radiance).into()),
-            Textured::Varying(texture) => real::Vec3::from_fn(u.x.token(), |i| {
+        let radiance = real::Vec3::from_fn(token, |i| match &area[i].radiance {
+            Textured::Uniform(radiance) => (*radiance).into(),
+            Textured::Varying(texture) => {
                 let [from, to] = [from, position].map(|point| DVec3::from(point.lane(i)));
                 let distance = (to - from).length() as f32;
-                let primitive = primitives.as_ref()[i] as usize;
+                let primitive = index.as_ref()[i] as usize;
                 let hit = hit_at(primitive, distance, parameters.lane(i).into());
-                self.texel(texture.as_ref(), from, direction.lane(i).into(), &hit).into()
-            }),
-        };
+                area[i].texel(texture.as_ref(), from, direction.lane(i).into(), &hit).into()
+            }
+        });
         let pdf = pdf * probability;
         let is_moderate = pdf.ge(1e-30) & pdf.lt(1e30);
         let mut weight = radiance * pdf.recip().narrow();
@@ -114,68 +130,97 @@ impl Area {
         EmitterSamples::of_surface(exists & is_front, direction, weight, narrow(pdf), end)
     }
 
-    /// A point of the part that is named in each lane, or of any.
+    /// Radiance of each lane's light at the surface that its ray has met.
     #[inline(always)]
-    fn sample<R: Real>(
-        &self,
-        parts: Option<R::Each<u32>>,
-        from: real::Vec3<R::Double>,
-        u: real::Vec2<R::Double>,
-    ) -> EmitterSamples<R> {
-        let Choices { index, probability, rest } = match parts {
-            Some(index) if self.is_split() => {
-                let probability = R::Double::splat(u.x.token(), 1.0);
-                Choices { index, probability, rest: u.x }
+    pub(crate) fn radiance_each<R: Real>(
+        areas: &R::Each<&Self>,
+        arrivals: &Arrivals<'_, R>,
+        surface: &Interaction<R>,
+    ) -> real::Vec3<R> {
+        let Arrivals { hits, origin, direction, .. } = arrivals;
+        let radiance = real::Vec3::from_fn(direction.token(), |i| {
+            let area = areas.as_ref()[i];
+            match &area.radiance {
+                Textured::Uniform(radiance) => (*radiance).into(),
+                Textured::Varying(texture) => {
+                    let [u, v] = surface.parameters.lane(i).to_array();
+                    let hit = Hit { u, v, ..hits.as_ref()[i] };
+                    let (from, direction) = (origin.lane(i).into(), direction.lane(i).into());
+                    area.texel(texture.as_ref(), from, direction, &hit).into()
+                }
             }
-            _ => self.primitives.sample_each::<R>(u.x),
-        };
-        self.sample_primitives(&index, probability, from, real::Vec2::new(rest, u.y))
+        });
+        radiance.only_where(is_front(arrivals, surface))
     }
-}
 
-/// [`Emitter::sample_eight`] of an [`Area`].
-struct Sample<'a> {
-    area: &'a Area,
-    asked: &'a SampleRows,
-    samples: &'a mut EmitterSampleRows,
-}
-
-impl Task for Sample<'_> {
-    type Output = ();
-
+    /// Densities of the same surfaces.
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Self { area, asked, samples: output } = self;
-        let from = asked.from.load::<f64x8<S>>(simd).into();
-        let u = asked.u.load::<f64x8<S>>(simd).into();
-        let samples = area.sample::<f32x8<S>>(asked.parts, from, u);
-        output.store(&samples);
+    pub(super) fn pdf_each<R: Real>(
+        areas: &R::Each<&Self>,
+        arrivals: &Arrivals<'_, R>,
+        surface: &Interaction<R>,
+    ) -> AreaPdf<R> {
+        let token = arrivals.time.token();
+        let (area, hits) = (areas.as_ref(), arrivals.hits.as_ref());
+        let shapes = R::each(|i| area[i].shape.as_ref());
+        let primitives = R::each(|i| hits[i].primitive);
+        let pdf = primitive_pdf::<R>(&shapes, &primitives, arrivals.origin, surface);
+        let share = |i: usize| area[i].primitives.probability(hits[i].primitive as usize);
+        let of_whole = pdf * R::Double::from_fn(token, share);
+        let is_split = R::mask(token, |i| area[i].is_split());
+        let is_front = is_front(arrivals, surface);
+        let shown = |pdf| R::select(is_front, narrow(pdf), 0.0);
+        AreaPdf {
+            part: R::each(|i| if is_split.lane(i) { hits[i].primitive } else { 0 }),
+            pdf: shown(of_whole),
+            part_pdf: shown(R::Double::select(is_split, pdf, of_whole)),
+        }
     }
+
+    /// [`Area::pdf_each`] along one line of sight.
+    fn pdf_along(&self, sight: &Sight<'_>) -> Option<AreaPdf<f32>> {
+        let (hit, point) = sight.surface?;
+        let ray = Ray::from_exact(sight.from, sight.direction);
+        let arrivals = Arrivals::one(self.shape.as_ref(), &ray, hit);
+        Some(Self::pdf_each(&[self], &arrivals, &Interaction::from(*point)))
+    }
+}
+
+/// Where rays arrive at the side that emits.
+#[inline(always)]
+fn is_front<R: Real>(arrivals: &Arrivals<'_, R>, surface: &Interaction<R>) -> R::Mask {
+    surface.geometric_normal.dot(arrivals.direction).lt(0.0)
+}
+
+/// With which densities what is seen of a light is chosen, in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AreaPdf<R: Real> {
+    /// See [`Emitter::pdf_toward`].
+    pub(super) pdf: R,
+    /// See [`Emitter::part_pdf_toward`].
+    pub(super) part: R::Each<u32>,
+    /// The same.
+    pub(super) part_pdf: R,
 }
 
 impl Emitter for Area {
     fn sample_toward(&self, from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        self.sample::<f32>(None, from.into(), u.into()).lane(0)
+        Self::sample::<f32>(&[self], &[None], from.into(), u.into()).lane(0)
     }
 
     fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
-        match sight.surface {
-            Some((hit, point)) if is_front(point, sight.direction) => {
-                let primitive = hit.primitive as usize;
-                let pdf = self.shape.primitive_pdf(primitive, sight.from, point);
-                narrow(pdf * self.primitives.probability(primitive))
-            }
-            _ => 0.0,
-        }
+        self.pdf_along(sight).map_or(0.0, |seen| seen.pdf)
     }
 
     fn radiance(&self, sight: &Sight<'_>) -> Rgb {
-        match sight.surface {
-            Some((hit, point)) if is_front(point, sight.direction) => {
-                self.radiance_at(sight.from, sight.direction, hit)
-            }
-            _ => Rgb::ZERO,
-        }
+        let Some((hit, point)) = sight.surface else { return Rgb::ZERO };
+        let ray = Ray::from_exact(sight.from, sight.direction);
+        let arrivals = Arrivals::one(self.shape.as_ref(), &ray, hit);
+        Self::radiance_each::<f32>(&[self], &arrivals, &Interaction::from(*point)).into()
+    }
+
+    fn area(&self) -> Option<&Area> {
+        Some(self)
     }
 
     fn parts(&self) -> Vec<EmitterBounds> {
@@ -193,21 +238,11 @@ impl Emitter for Area {
     }
 
     fn sample_part_toward(&self, part: usize, from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        self.sample::<f32>(Some([part as u32]), from.into(), u.into()).lane(0)
-    }
-
-    fn sample_eight(&self, level: Level, asked: &SampleRows, samples: &mut EmitterSampleRows) {
-        level.run(Sample { area: self, asked, samples });
+        Self::sample::<f32>(&[self], &[Some(part as u32)], from.into(), u.into()).lane(0)
     }
 
     fn part_pdf_toward(&self, sight: &Sight<'_>) -> (usize, f32) {
-        match sight.surface {
-            Some((hit, point)) if self.is_split() && is_front(point, sight.direction) => {
-                let primitive = hit.primitive as usize;
-                (primitive, narrow(self.shape.primitive_pdf(primitive, sight.from, point)))
-            }
-            _ => (0, self.pdf_toward(sight)),
-        }
+        self.pdf_along(sight).map_or((0, 0.0), |seen| (seen.part[0] as usize, seen.part_pdf))
     }
 
     fn is_textured(&self) -> bool {
@@ -241,11 +276,6 @@ fn luminances(shape: &dyn Shape, texture: &dyn Texture) -> impl Iterator<Item = 
 /// A hit of a primitive at the surface parameters `at`.
 fn hit_at(primitive: usize, t: f32, at: Vec2) -> Hit {
     Hit { t, u: at.x, v: at.y, shape: 0, primitive: primitive as u32, member: 0 }
-}
-
-/// Whether `direction` arrives at the side that emits.
-fn is_front(point: &SurfacePoint, direction: Vec3A) -> bool {
-    point.geometric_normal.dot(direction) < 0.0
 }
 
 /// The density as an f32: a finite one even where a light of a solid angle below 1e-38 has a greater.

@@ -2,10 +2,12 @@
 
 use glam::{DVec2, DVec3, Vec3A};
 
-use super::light_bvh::LightChoice;
-use super::{ChoicePolicy, Emitter, EmitterSample, EmitterSamples, LightBvh, Sight};
-use crate::math::real::{Lanes, Mask, Real, Select};
-use crate::math::{Choice, Discrete, vector as real};
+use super::area::AreaPdf;
+use super::parts::Parts;
+use super::{Area, ChoicePolicy, Emitter, EmitterSample, EmitterSamples, Sight};
+use crate::math::real::{Double, Float, Lanes, Mask, Real, Select};
+use crate::math::{Choices, Discrete, vector as real};
+use crate::shape::{Arrivals, Interaction};
 
 /// A point that light is to arrive at.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +20,7 @@ pub struct Receiver {
     pub both_sides: bool,
 }
 
-/// A [`Receiver`] in each lane, all of one material.
+/// A [`Receiver`] in each lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Receivers<R: Real> {
     /// See [`Receiver::position`].
@@ -26,7 +28,14 @@ pub struct Receivers<R: Real> {
     /// See [`Receiver::normal`].
     pub normal: real::Vec3<R>,
     /// See [`Receiver::both_sides`].
-    pub both_sides: bool,
+    pub both_sides: R::Mask,
+}
+
+impl From<Receiver> for Receivers<f32> {
+    #[inline(always)]
+    fn from(Receiver { position, normal, both_sides }: Receiver) -> Self {
+        Self { position: position.into(), normal: normal.into(), both_sides }
+    }
 }
 
 impl<R: Real> Receivers<R> {
@@ -37,7 +46,7 @@ impl<R: Real> Receivers<R> {
         Receiver {
             position: self.position.lane(i).into(),
             normal: self.normal.lane(i).into(),
-            both_sides: self.both_sides,
+            both_sides: self.both_sides.lane(i),
         }
     }
 }
@@ -58,38 +67,19 @@ pub struct Chosen {
 /// A distribution over the emitters of a scene.
 #[derive(Clone, Debug)]
 pub struct EmitterChoice {
-    /// Over the emitters and, at the end, the tree, if there is one: those that it holds have no share of their own.
-    /// `None` if no emitter emits.
+    /// Over the emitters and, at the end, the parts, if any are chosen by importance: the emitters that have those have no
+    /// share of their own. `None` if no emitter emits.
     distribution: Option<Discrete>,
-    tree: Option<Tree>,
-    /// Whether there is nothing to choose from but one emitter.
-    is_alone: bool,
+    parts: Option<Parts>,
 }
 
-/// A light BVH over parts of emitters.
-#[derive(Clone, Debug)]
-struct Tree {
-    bvh: LightBvh,
-    /// For each of its lights the emitter and the part of it.
-    parts: Vec<(u32, u32)>,
-    /// For each emitter its first light.
-    first: Vec<u32>,
-}
-
-impl Tree {
-    /// `None` unless there is something to choose from.
-    fn new(emitters: &[Box<dyn Emitter>]) -> Option<Self> {
-        let (mut bounds, mut parts, mut first) = (Vec::new(), Vec::new(), Vec::new());
-        for (emitter, index) in emitters.iter().zip(0..) {
-            first.push(parts.len() as u32);
-            let of_this = emitter.parts();
-            parts.extend((0..of_this.len() as u32).map(|part| (index, part)));
-            bounds.extend(of_this);
-        }
-        let lit = bounds.iter().filter(|b| b.intensity > 0.0).count();
-        let bvh = if lit > 1 { LightBvh::new(&bounds) } else { None };
-        bvh.map(|bvh| Self { bvh, parts, first })
-    }
+/// What is chosen in each lane: a [`Chosen`], where it exists.
+struct ChosenEach<R: Real> {
+    exists: R::Mask,
+    emitter: R::Each<u32>,
+    part: R::Each<Option<u32>>,
+    probability: R::Double,
+    rest: R::Double,
 }
 
 impl EmitterChoice {
@@ -97,7 +87,7 @@ impl EmitterChoice {
     #[must_use]
     pub fn new(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>]) -> Self {
         let powers: Vec<_> = emitters.iter().map(|e| e.power()).collect();
-        let tree = if policy == ChoicePolicy::Bvh { Tree::new(emitters) } else { None };
+        let parts = if policy == ChoicePolicy::Bvh { Parts::new(emitters) } else { None };
         let inside: f64 = powers.iter().flatten().sum();
         let least = 1e-3 * inside / powers.len() as f64;
         let outside = powers.iter().filter(|p| p.is_none()).count();
@@ -107,33 +97,59 @@ impl EmitterChoice {
             (_, Some(power)) if power <= 0.0 => 0.0,
             (ChoicePolicy::Power, Some(power)) => power.max(least),
             (ChoicePolicy::Power, None) => share,
-            (ChoicePolicy::Bvh, Some(_)) if tree.is_some() => 0.0,
+            (ChoicePolicy::Bvh, Some(_)) if parts.is_some() => 0.0,
             (ChoicePolicy::Bvh | ChoicePolicy::Uniform, _) => 1.0,
         };
         let weights = powers.iter().map(|&power| weight(power));
-        let weights: Vec<_> = weights.chain(tree.as_ref().map(|_| 1.0)).collect();
-        let distribution = Discrete::new(&weights);
-        let is_alone = emitters.len() == 1 && tree.is_none() && distribution.is_some();
-        Self { distribution, tree, is_alone }
+        let weights: Vec<_> = weights.chain(parts.as_ref().map(|_| 1.0)).collect();
+        Self { distribution: Discrete::new(&weights), parts }
     }
 
     /// An emitter, chosen by `u` in `[0, 1)`. `None` if none emits, or none towards the receiver.
-    #[inline]
     #[must_use]
     pub fn sample(&self, receiver: &Receiver, u: f64) -> Option<Chosen> {
-        let Choice { index, probability, rest } = self.distribution.as_ref()?.sample(u);
-        let Some(Tree { bvh, parts, .. }) = self.tree.as_ref().filter(|t| index == t.first.len())
-        else {
-            return Some(Chosen { emitter: index, part: None, probability, rest });
-        };
-        let LightChoice { light, probability: share, rest } = bvh.sample(receiver, rest)?;
-        let (emitter, part) = parts[light];
-        Some(Chosen {
-            emitter: emitter as usize,
-            part: Some(part as usize),
-            probability: probability * share,
-            rest,
+        let distribution = self.distribution.as_ref()?;
+        let chosen = self.choose::<f32>(distribution, &(*receiver).into(), u);
+        chosen.exists.then(|| Chosen {
+            emitter: chosen.emitter[0] as usize,
+            part: chosen.part[0].map(|part| part as usize),
+            probability: chosen.probability,
+            rest: chosen.rest,
         })
+    }
+
+    #[inline(always)]
+    fn choose<R: Real>(
+        &self,
+        distribution: &Discrete,
+        receivers: &Receivers<R>,
+        u: R::Double,
+    ) -> ChosenEach<R> {
+        let token = u.token();
+        let Choices { index: emitter, probability, rest } = distribution.sample_each::<R>(u);
+        let mut chosen = ChosenEach {
+            exists: R::Mask::splat(token, true),
+            emitter,
+            part: R::each(|_| None),
+            probability,
+            rest,
+        };
+        let Some(Parts { among, names, first }) = &self.parts else { return chosen };
+        let is_part = R::mask(token, |i| emitter.as_ref()[i] as usize == first.len());
+        if !is_part.any() {
+            return chosen;
+        }
+        let lights = among.sample(receivers, rest);
+        let names = R::each(|i| names[lights.light.as_ref()[i] as usize]);
+        let names = names.as_ref();
+        chosen.exists = !is_part | lights.exists;
+        chosen.emitter =
+            R::each(|i| if is_part.lane(i) { names[i].0 } else { emitter.as_ref()[i] });
+        chosen.part = R::each(|i| is_part.lane(i).then_some(names[i].1));
+        chosen.probability =
+            R::Double::select(is_part, probability * lights.probability, probability);
+        chosen.rest = R::Double::select(is_part, lights.rest, rest);
+        chosen
     }
 
     /// Light from one of the `emitters` that this is a choice among, chosen by `u` in `[0, 1)²`; weight and density
@@ -145,13 +161,11 @@ impl EmitterChoice {
         receiver: &Receiver,
         u: DVec2,
     ) -> Option<EmitterSample> {
-        let Receiver { position, normal, both_sides } = *receiver;
-        let receivers = Receivers { position: position.into(), normal: normal.into(), both_sides };
-        self.sample_toward_each::<f32>(emitters, &receivers, u.into(), true).lane(0)
+        self.sample_toward_each::<f32>(emitters, &(*receiver).into(), u.into(), true).lane(0)
     }
 
-    /// The same in each lane where it is `wanted`. The emitter is chosen lane by lane, unless there is one alone; lanes that
-    /// chose the same are answered together.
+    /// The same in each lane where it is `wanted`. Points of surfaces are sampled together, whichever lights they are of,
+    /// and lanes that chose the same other emitter.
     #[inline(always)]
     #[must_use]
     pub fn sample_toward_each<R: Real>(
@@ -162,48 +176,51 @@ impl EmitterChoice {
         wanted: R::Mask,
     ) -> EmitterSamples<R> {
         let token = wanted.token();
-        if self.is_alone {
-            return emitters[0].sample(None, receivers.position, u);
+        let none = EmitterSamples::<R>::splat(token, None);
+        let Some(distribution) = &self.distribution else { return none };
+        let chosen = self.choose::<R>(distribution, receivers, u.x);
+        let wanted = wanted & chosen.exists;
+        let u = real::Vec2::new(chosen.rest, u.y);
+        let indices = chosen.emitter.as_ref();
+        let area = R::each(|i| emitters[indices[i] as usize].area());
+        let is_area = R::mask(token, |i| area.as_ref()[i].is_some());
+        let mut samples = none;
+        if let Some(any) = area.as_ref().iter().flatten().next() {
+            // In the other lanes any will do.
+            let areas = R::each(|i| area.as_ref()[i].unwrap_or(any));
+            // By itself, as it is long: so the pool's turn is compiled in half of the time.
+            samples = R::vectorize(
+                token,
+                #[inline(always)]
+                || Area::sample(&areas, &chosen.part, receivers.position, u),
+            );
         }
-        let chosen = R::each(|i| {
-            let is_wanted = wanted.lane(i);
-            is_wanted.then(|| self.sample(&receivers.lane(i), u.x.lane(i))).flatten()
-        });
-        let chosen = chosen.as_ref();
-        let rest = R::Double::from_fn(token, |i| chosen[i].map_or(0.0, |chosen| chosen.rest));
-        let u = real::Vec2::new(rest, u.y);
-        let mut samples = EmitterSamples::<R>::splat(token, None);
-        let mut answered = R::Mask::splat(token, false);
+        let mut left = wanted & !is_area;
         for first in 0..R::LANES {
-            let Some(Chosen { emitter, part, .. }) = chosen[first] else { continue };
-            if answered.lane(first) {
+            if !left.lane(first) {
                 continue;
             }
-            let same = R::mask(token, |i| chosen[i].is_some_and(|other| other.emitter == emitter));
-            let chosen_emitter = emitters[emitter].as_ref();
-            let sampled = if same.count() == 1 {
-                let part = part.map(|part| [part as u32]);
-                let (from, u) = (receivers.position.lane(first), u.lane(first));
-                let sample = chosen_emitter.sample::<f32>(part, from, u).lane(0);
-                EmitterSamples::splat(token, sample.as_ref())
-            } else {
-                // In the other lanes any part will do.
-                let part_of = |i: usize| chosen[i].filter(|other| other.emitter == emitter)?.part;
-                let parts = part.map(|first| R::each(|i| part_of(i).unwrap_or(first) as u32));
-                chosen_emitter.sample(parts, receivers.position, u)
+            let emitter = indices[first];
+            let same = left & R::mask(token, |i| indices[i] == emitter);
+            // Another emitter's part is one that means nothing to this, and is not asked for.
+            let part = |first| {
+                R::each(|i| {
+                    if same.lane(i) { chosen.part.as_ref()[i] } else { None }.unwrap_or(first)
+                })
             };
+            let parts = chosen.part.as_ref()[first].map(part);
+            let sampled = emitters[emitter as usize].sample::<R>(parts, receivers.position, u);
             samples = Select::selected(same, sampled, samples);
-            answered |= same;
+            left &= !same;
         }
-        let probability =
-            R::from_fn(token, |i| chosen[i].map_or(1.0, |chosen| chosen.probability as f32));
+        samples.exists &= wanted;
+        let probability = chosen.probability.narrow();
         samples.weight = samples.weight / probability;
         samples.pdf *= probability;
         samples
     }
 
     /// Density with which [`EmitterChoice::sample_toward`] chooses what is seen of an emitter, in sr⁻¹.
-    #[inline]
     #[must_use]
     pub fn pdf_toward(
         &self,
@@ -212,20 +229,60 @@ impl EmitterChoice {
         receiver: &Receiver,
         sight: &Sight<'_>,
     ) -> f32 {
-        let Some(distribution) = &self.distribution else { return 0.0 };
-        let alone = distribution.probability(emitter);
-        match &self.tree {
-            Some(tree) if alone == 0.0 => {
-                let (part, pdf) = emitters[emitter].part_pdf_toward(sight);
-                if pdf == 0.0 {
-                    return 0.0;
-                }
-                let light = tree.first[emitter] as usize + part;
-                let share = tree.bvh.probability(receiver, light);
-                (distribution.probability(emitters.len()) * share) as f32 * pdf
-            }
-            _ => alone as f32 * emitters[emitter].pdf_toward(sight),
+        let (part, part_pdf) = emitters[emitter].part_pdf_toward(sight);
+        let pdf = emitters[emitter].pdf_toward(sight);
+        let (emitter, part) = ([emitter as u32], [part as u32]);
+        self.pdf_each::<f32>(&emitter, &part, pdf, part_pdf, &(*receiver).into())
+    }
+
+    /// The same of what is seen of an area light in each lane.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn pdf_of_areas<R: Real>(
+        &self,
+        emitters: &R::Each<u32>,
+        areas: &R::Each<&Area>,
+        receivers: &Receivers<R>,
+        arrivals: &Arrivals<'_, R>,
+        surface: &Interaction<R>,
+    ) -> R {
+        let AreaPdf { part, pdf, part_pdf } = Area::pdf_each(areas, arrivals, surface);
+        self.pdf_each(emitters, &part, pdf, part_pdf, receivers)
+    }
+
+    /// The same of an emitter that is not chosen by its parts, if it is asked for the direction with density `pdf`.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn pdf_of_emitter<R: Real>(&self, emitter: usize, pdf: R) -> R {
+        let probability = self.distribution.as_ref().map_or(0.0, |all| all.probability(emitter));
+        pdf * probability as f32
+    }
+
+    /// Density of what is seen of emitters: for the densities with which their directions, or those of their parts, are
+    /// chosen once they are.
+    #[inline(always)]
+    fn pdf_each<R: Real>(
+        &self,
+        emitters: &R::Each<u32>,
+        parts: &R::Each<u32>,
+        pdf: R,
+        part_pdf: R,
+        receivers: &Receivers<R>,
+    ) -> R {
+        let token = pdf.token();
+        let emitters = emitters.as_ref();
+        let Some(distribution) = &self.distribution else { return R::splat(token, 0.0) };
+        let alone = R::Double::from_fn(token, |i| distribution.probability(emitters[i] as usize));
+        let by_itself = alone.narrow() * pdf;
+        let Some(all) = &self.parts else { return by_itself };
+        let is_part = alone.eq(0.0);
+        if !is_part.any() {
+            return by_itself;
         }
+        let light = |i: usize| all.number(emitters[i] as usize, parts.as_ref()[i]);
+        let share = all.among.probability(receivers, &R::each(light));
+        let share = share * distribution.probability(all.first.len());
+        R::select(is_part, share.narrow() * part_pdf, by_itself)
     }
 
     /// Probability with which `emitter` is chosen.
@@ -233,11 +290,10 @@ impl EmitterChoice {
     pub fn probability(&self, receiver: &Receiver, emitter: usize) -> f64 {
         let Some(distribution) = &self.distribution else { return 0.0 };
         let alone = distribution.probability(emitter);
-        let Some(Tree { bvh, parts, first }) = &self.tree else { return alone };
-        let next = first.get(emitter + 1).map_or(parts.len(), |&n| n as usize);
-        let lights = first.get(emitter).map_or(next, |&n| n as usize)..next;
-        let share: f64 = lights.map(|light| bvh.probability(receiver, light)).sum();
-        let last = distribution.probability(first.len());
-        alone + last * share
+        let Some(parts) = &self.parts else { return alone };
+        let receivers = Receivers::from(*receiver);
+        let share = |light| parts.among.probability::<f32>(&receivers, &[light as u32]);
+        let share: f64 = parts.of(emitter).map(share).sum();
+        alone + distribution.probability(parts.first.len()) * share
     }
 }

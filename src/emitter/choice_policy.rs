@@ -11,9 +11,9 @@ pub enum ChoicePolicy {
     /// In proportion to emitted power, but none a thousand times less often than if all were alike: a dim
     /// light may be the nearest. The environment, of which no power can be told, half of the time.
     Power,
-    /// By intensity, distance and orientation, through a [`LightBvh`](super::LightBvh) over the emitters inside the
-    /// scene and over the primitives of those that have many. Each emitter outside, such as an environment, is as
-    /// likely as all of these together.
+    /// By intensity, distance and orientation, among the emitters inside the scene and the primitives of those that have
+    /// many: through a [`LightBvh`](super::LightBvh), or where they are at most 32 by weighing each. Each emitter
+    /// outside, such as an environment, is as likely as all of these together.
     Bvh,
 }
 

@@ -1,9 +1,9 @@
 //! A uniform environment.
 
-use glam::{DVec2, DVec3};
-
-use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
-use crate::math::discrete::round_below_one;
+use super::{EmitterSamples, Light};
+use crate::math::discrete::ONE_MINUS_ULP;
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Rgb, warp};
 
 /// The same radiance from every direction outside the scene.
@@ -20,26 +20,22 @@ impl Constant {
     }
 }
 
-impl Emitter for Constant {
-    fn sample_toward(&self, _from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        Some(EmitterSample {
-            direction: warp::square_to_uniform_sphere(round_below_one(u).into()).into(),
-            weight: self.radiance / warp::UNIFORM_SPHERE_PDF,
-            pdf: warp::UNIFORM_SPHERE_PDF,
-            origin: LightOrigin::Infinity,
-        })
+impl Light for Constant {
+    #[inline(always)]
+    fn sample<R: Real>(&self, _from: Vec3<R::Double>, u: Vec2<R::Double>) -> EmitterSamples<R> {
+        let token = u.token();
+        let u = u.narrow().map(|u| u.min(ONE_MINUS_ULP));
+        let weight = Vec3::splat(token, (self.radiance / warp::UNIFORM_SPHERE_PDF).into());
+        let pdf = R::splat(token, warp::UNIFORM_SPHERE_PDF);
+        let everywhere = R::Mask::splat(token, true);
+        let direction = warp::square_to_uniform_sphere(u);
+        EmitterSamples::of_infinity(everywhere, direction, weight, pdf)
     }
 
-    fn pdf_toward(&self, sight: &Sight<'_>) -> f32 {
-        if sight.surface.is_none() { warp::UNIFORM_SPHERE_PDF } else { 0.0 }
-    }
-
-    fn radiance(&self, sight: &Sight<'_>) -> Rgb {
-        if sight.surface.is_none() { self.radiance } else { Rgb::ZERO }
-    }
-
-    fn parts(&self) -> Vec<EmitterBounds> {
-        Vec::new()
+    #[inline(always)]
+    fn background<R: Real>(&self, direction: Vec3<R>) -> (Vec3<R>, R) {
+        let token = direction.token();
+        (Vec3::splat(token, self.radiance.into()), R::splat(token, warp::UNIFORM_SPHERE_PDF))
     }
 
     fn power(&self) -> Option<f64> {

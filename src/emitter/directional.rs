@@ -1,9 +1,11 @@
 //! Light from one direction.
 
-use glam::{DVec2, DVec3, Vec3A};
+use glam::Vec3A;
 
-use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
+use super::{EmitterSamples, Light};
 use crate::math::Rgb;
+use crate::math::real::{Lanes, Mask, Real};
+use crate::math::vector::{Vec2, Vec3};
 
 /// Parallel rays from infinitely far away; no ray hits where they come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,26 +23,14 @@ impl Directional {
     }
 }
 
-impl Emitter for Directional {
-    fn sample_toward(&self, _from: DVec3, _u: DVec2) -> Option<EmitterSample> {
-        Some(EmitterSample {
-            direction: self.towards,
-            weight: self.irradiance,
-            pdf: 0.0,
-            origin: LightOrigin::Infinity,
-        })
-    }
-
-    fn pdf_toward(&self, _sight: &Sight<'_>) -> f32 {
-        0.0
-    }
-
-    fn radiance(&self, _sight: &Sight<'_>) -> Rgb {
-        Rgb::ZERO
-    }
-
-    fn parts(&self) -> Vec<EmitterBounds> {
-        Vec::new()
+impl Light for Directional {
+    #[inline(always)]
+    fn sample<R: Real>(&self, _from: Vec3<R::Double>, u: Vec2<R::Double>) -> EmitterSamples<R> {
+        let token = u.token();
+        let vector = |v: Vec3A| Vec3::splat(token, v.into());
+        let (everywhere, pdf) = (R::Mask::splat(token, true), R::splat(token, 0.0));
+        let (direction, weight) = (vector(self.towards), vector(self.irradiance));
+        EmitterSamples::of_infinity(everywhere, direction, weight, pdf)
     }
 
     fn power(&self) -> Option<f64> {

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use glam::{DVec2, DVec3, Vec3A};
 
-use self::sample::{EmitterSampleRows, SampleRows};
+use self::rows::{BackgroundRows, EmitterSampleRows, SampleRows, SightRows};
 use crate::math::real::Level;
 use crate::math::{Rgb, type_word};
 use crate::ray::Hit;
@@ -17,8 +17,13 @@ pub mod choice_policy;
 pub mod constant;
 pub mod directional;
 pub mod environment_map;
+mod importance;
+pub mod light;
 pub mod light_bvh;
+mod light_list;
+pub mod parts;
 pub mod point;
+pub mod rows;
 pub mod sample;
 pub mod spot;
 
@@ -29,7 +34,9 @@ pub use choice_policy::ChoicePolicy;
 pub use constant::Constant;
 pub use directional::Directional;
 pub use environment_map::EnvironmentMap;
+pub use light::Light;
 pub use light_bvh::LightBvh;
+pub use parts::{LightChoice, LightChoices};
 pub use point::Point;
 pub use sample::{EmitterSample, EmitterSamples, LightOrigin};
 pub use spot::Spot;
@@ -64,7 +71,18 @@ pub trait Emitter: Debug + Send + Sync {
     /// [`Emitter::sample_part_toward`], or without parts [`Emitter::sample_toward`], in eight lanes, with the same bits. One
     /// after the other, unless the emitter does better.
     fn sample_eight(&self, _level: Level, asked: &SampleRows, samples: &mut EmitterSampleRows) {
-        sample::lane_by_lane(self, asked, samples);
+        rows::lane_by_lane(self, asked, samples);
+    }
+
+    /// [`Emitter::radiance`] and [`Emitter::pdf_toward`] along eight rays that have left the scene. One after the other, unless
+    /// the emitter does better.
+    fn background_eight(&self, _level: Level, sights: &SightRows, seen: &mut BackgroundRows) {
+        rows::background_lane_by_lane(self, sights, seen);
+    }
+
+    /// The emitter if it is a surface: those are sampled together, whatever surfaces they are.
+    fn area(&self) -> Option<&Area> {
+        None
     }
 
     /// The part that is seen, and the density with which [`Emitter::sample_part_toward`] chooses what is seen if it

@@ -2,9 +2,11 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3, Vec3A};
+use glam::Vec3A;
 
-use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
+use super::{EmitterBounds, EmitterSamples, Light};
+use crate::math::real::{Lanes, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Cone, Rgb, luminance};
 
 /// The same radiant intensity in all directions from a point; no ray hits it.
@@ -22,26 +24,12 @@ impl Point {
     }
 }
 
-impl Emitter for Point {
-    fn sample_toward(&self, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
-        let to = self.position.as_dvec3() - from;
-        let distance_squared = to.length_squared();
-        let weight = (self.intensity.as_dvec3() / distance_squared).as_vec3a();
-        // At the light itself the direction is undefined.
-        (distance_squared > 0.0 && weight.is_finite()).then(|| EmitterSample {
-            direction: (to / distance_squared.sqrt()).as_vec3a(),
-            weight,
-            pdf: 0.0,
-            origin: LightOrigin::Point(self.position),
-        })
-    }
-
-    fn pdf_toward(&self, _sight: &Sight<'_>) -> f32 {
-        0.0
-    }
-
-    fn radiance(&self, _sight: &Sight<'_>) -> Rgb {
-        Rgb::ZERO
+impl Light for Point {
+    #[inline(always)]
+    fn sample<R: Real>(&self, from: Vec3<R::Double>, _u: Vec2<R::Double>) -> EmitterSamples<R> {
+        let token = from.token();
+        let intensity = Vec3::splat(token, self.intensity.into());
+        EmitterSamples::of_intensity(self.position, intensity, from)
     }
 
     fn parts(&self) -> Vec<EmitterBounds> {

@@ -1,10 +1,9 @@
 //! Light that arrives at a point from an emitter, and the ray that has to be free for it.
 
-use glam::{DVec2, DVec3, Vec3A};
+use glam::{DVec3, Vec3A};
 
-use super::Emitter;
-use crate::math::real::{Lanes, Mask, Real, Rows, Select};
-use crate::math::vector::{Vec2, Vec3};
+use crate::math::real::{Float, Lanes, Mask, Real, Select};
+use crate::math::vector::Vec3;
 use crate::math::{Rgb, UNIT_ROUNDOFF};
 use crate::ray::{Ray, RayEnd, RayEnds, RayLanes, Rays};
 use crate::shape::{Interaction, SurfacePoint};
@@ -75,6 +74,50 @@ impl<R: Real> EmitterSamples<R> {
         let token = exists.token();
         let (never, always) = (R::Mask::splat(token, false), R::Mask::splat(token, true));
         Self { exists, direction, weight, pdf, is_infinite: never, is_of_surface: always, end }
+    }
+
+    /// From a point in space; no other technique can choose its direction.
+    #[inline(always)]
+    pub(super) fn of_point(
+        exists: R::Mask,
+        direction: Vec3<R>,
+        weight: Vec3<R>,
+        position: Vec3<R::Double>,
+    ) -> Self {
+        let token = exists.token();
+        let normal = Vec3::splat(token, Vec3::default());
+        let end = RayEnds::new(position, normal, -direction);
+        let never = R::Mask::splat(token, false);
+        let pdf = R::splat(token, 0.0);
+        Self { exists, direction, weight, pdf, is_infinite: never, is_of_surface: never, end }
+    }
+
+    /// From a point in space that has an intensity towards `from`; the direction to it is undefined at the point itself.
+    #[inline(always)]
+    pub(super) fn of_intensity(position: Vec3A, intensity: Vec3<R>, from: Vec3<R::Double>) -> Self {
+        let token = from.token();
+        let position = Vec3::splat(token, position.as_dvec3().into());
+        let to = position - from;
+        let distance_squared = to.length_squared();
+        let weight = (intensity.widen() / distance_squared).narrow();
+        let Vec3 { x, y, z } = weight.abs().map(|channel| channel.lt(f32::INFINITY));
+        let direction = (to / distance_squared.sqrt()).narrow();
+        let exists = distance_squared.gt(0.0) & x & y & z;
+        Self::of_point(exists, direction, weight, position)
+    }
+
+    /// From outside of the scene.
+    #[inline(always)]
+    pub(super) fn of_infinity(
+        exists: R::Mask,
+        direction: Vec3<R>,
+        weight: Vec3<R>,
+        pdf: R,
+    ) -> Self {
+        let token = exists.token();
+        let origin = Vec3::splat(token, DVec3::ZERO.into());
+        let samples = Self::of_point(exists, direction, weight, origin);
+        Self { pdf, is_infinite: R::Mask::splat(token, true), ..samples }
     }
 
     /// One sample, or none, in all lanes.
@@ -186,136 +229,5 @@ impl<R: Real> ShadowRays<R> {
     pub fn lane(&self, i: usize) -> Option<Ray> {
         let end = || self.is_to_surface.lane(i).then(|| self.end.lane(i));
         self.exists.lane(i).then(|| Ray { end: end(), ..self.rays.lane(i) })
-    }
-}
-
-/// What an emitter is asked in eight lanes.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct SampleRows {
-    /// Where light is to arrive: x, y and z.
-    pub from: Rows<3, f64>,
-    /// See [`Emitter::sample_toward`].
-    pub u: Rows<2, f64>,
-    /// See [`Emitter::sample_part_toward`]; `None` for [`Emitter::sample_toward`].
-    pub parts: Option<[u32; 8]>,
-}
-
-/// What it answers.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct EmitterSampleRows {
-    point: Rows<3, f64>,
-    /// Direction, weight, density, normal of the end.
-    numbers: Rows<10>,
-    exists: u32,
-    is_infinite: u32,
-    is_of_surface: u32,
-    is_front: u32,
-}
-
-impl EmitterSampleRows {
-    /// For what is written next.
-    const NONE: Self = Self {
-        point: Rows([[0.0; 8]; 3]),
-        numbers: Rows::ZERO,
-        exists: 0,
-        is_infinite: 0,
-        is_of_surface: 0,
-        is_front: 0,
-    };
-
-    /// Samples into memory.
-    #[inline(always)]
-    pub(super) fn store<R: Real>(&mut self, samples: &EmitterSamples<R>) {
-        let EmitterSamples { direction: d, weight: w, pdf, ref end, .. } = *samples;
-        let n = end.normal;
-        self.point.store(end.point.to_array());
-        self.numbers.store([d.x, d.y, d.z, w.x, w.y, w.z, pdf, n.x, n.y, n.z]);
-        self.exists = samples.exists.bits();
-        self.is_infinite = samples.is_infinite.bits();
-        self.is_of_surface = samples.is_of_surface.bits();
-        self.is_front = end.is_front.bits();
-    }
-
-    #[inline(always)]
-    fn load<R: Real>(&self, token: R::Token) -> EmitterSamples<R> {
-        let [a, b, c, d, e, f, pdf, g, h, i] = self.numbers.load::<R>(token);
-        let mask = |bits| R::Mask::from_bits(token, bits);
-        EmitterSamples {
-            exists: mask(self.exists),
-            direction: Vec3::new(a, b, c),
-            weight: Vec3::new(d, e, f),
-            pdf,
-            is_infinite: mask(self.is_infinite),
-            is_of_surface: mask(self.is_of_surface),
-            end: RayEnds {
-                point: self.point.load::<R::Double>(token).into(),
-                normal: Vec3::new(g, h, i),
-                is_front: mask(self.is_front),
-            },
-        }
-    }
-}
-
-/// What an emitter is asked in one lane.
-fn ask(
-    emitter: &(impl Emitter + ?Sized),
-    part: Option<u32>,
-    from: DVec3,
-    u: DVec2,
-) -> Option<EmitterSample> {
-    match part {
-        Some(part) => emitter.sample_part_toward(part as usize, from, u),
-        None => emitter.sample_toward(from, u),
-    }
-}
-
-/// [`Emitter::sample_eight`] of an emitter that has but one lane.
-pub(super) fn lane_by_lane(
-    emitter: &(impl Emitter + ?Sized),
-    asked: &SampleRows,
-    rows: &mut EmitterSampleRows,
-) {
-    for lane in 0..8 {
-        let (from, u) = (asked.from.lane(lane).into(), asked.u.lane(lane).into());
-        let part = asked.parts.map(|parts| parts[lane]);
-        let Some(sample) = ask(emitter, part, from, u) else { continue };
-        let EmitterSamples {
-            direction: d, weight: w, pdf, end, is_infinite, is_of_surface, ..
-        } = EmitterSamples::<f32>::splat((), Some(&sample));
-        let n = end.normal;
-        rows.numbers.set_lane(lane, [d.x, d.y, d.z, w.x, w.y, w.z, pdf, n.x, n.y, n.z]);
-        rows.point.set_lane(lane, end.point.to_array());
-        rows.exists |= 1 << lane;
-        rows.is_infinite |= u32::from(is_infinite) << lane;
-        rows.is_of_surface |= u32::from(is_of_surface) << lane;
-        rows.is_front |= u32::from(end.is_front) << lane;
-    }
-}
-
-impl dyn Emitter + '_ {
-    /// [`Emitter::sample_toward`], or with parts [`Emitter::sample_part_toward`], in each lane.
-    #[inline(always)]
-    pub fn sample<R: Real>(
-        &self,
-        parts: Option<R::Each<u32>>,
-        from: Vec3<R::Double>,
-        u: Vec2<R::Double>,
-    ) -> EmitterSamples<R> {
-        let token = u.x.token();
-        if R::LANES == 1 {
-            let part = parts.map(|parts| parts.as_ref()[0]);
-            let sample = ask(self, part, from.lane(0).into(), u.lane(0).into());
-            return EmitterSamples::splat(token, sample.as_ref());
-        }
-        let asked = SampleRows {
-            from: Rows::of(from.to_array()),
-            u: Rows::of(u.to_array()),
-            parts: parts.map(|parts| std::array::from_fn(|i| parts.as_ref()[i])),
-        };
-        let mut rows = EmitterSampleRows::NONE;
-        self.sample_eight(R::level(token), &asked, &mut rows);
-        rows.load(token)
     }
 }

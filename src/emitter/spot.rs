@@ -2,9 +2,11 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3, Mat3A, Vec2, Vec3A};
+use glam::{DVec3, Mat3A, Vec2 as GlamVec2, Vec3A};
 
-use super::{Emitter, EmitterBounds, EmitterSample, LightOrigin, Sight};
+use super::{EmitterBounds, EmitterSamples, Light};
+use crate::math::real::{Double, Float, Lanes, Real};
+use crate::math::vector::{Vec2, Vec3};
 use crate::math::{Cone, Rgb, luminance};
 use crate::texture::Textured;
 
@@ -16,7 +18,6 @@ use crate::texture::Textured;
 #[derive(Clone, Debug)]
 pub struct Spot {
     settings: SpotSettings,
-    to_local: Mat3A,
 }
 
 /// What a [`Spot`] is made from.
@@ -40,56 +41,44 @@ impl Spot {
     /// A spotlight.
     #[must_use]
     pub fn new(settings: SpotSettings) -> Self {
-        Self { to_local: settings.axes.transpose(), settings }
+        Self { settings }
     }
 
-    /// Intensity towards a unit direction (world) that leaves the light.
-    fn intensity(&self, direction: DVec3) -> Rgb {
+    /// Intensity towards directions (world, of any length) that leave the light. The angle's sine and cosine are in f64,
+    /// so that narrow beams keep their rims.
+    #[inline(always)]
+    fn intensity<R: Real>(&self, direction: Vec3<R::Double>) -> Vec3<R> {
         let s = &self.settings;
-        let local = self.to_local.as_dmat3() * direction;
-        let angle = local.truncate().length().atan2(local.z);
-        if angle >= s.cutoff_angle {
-            return Rgb::ZERO;
-        }
-        let falloff = if angle <= s.beam_width {
-            1.0
-        } else {
-            (s.cutoff_angle - angle) / (s.cutoff_angle - s.beam_width)
-        };
+        let token = direction.token();
+        let axis = |axis: Vec3A| Vec3::splat(token, axis.as_dvec3().into());
+        let [x, y, z] = [s.axes.x_axis, s.axes.y_axis, s.axes.z_axis].map(axis);
+        let local = Vec3::new(x.dot(direction), y.dot(direction), z.dot(direction));
+        let across = (local.x * local.x + local.y * local.y).sqrt();
+        let angle = across.narrow().atan2(local.z.narrow()).widen();
+        let fading = (-angle + s.cutoff_angle) / (s.cutoff_angle - s.beam_width);
+        let falloff = R::Double::select(angle.le(s.beam_width), 1.0, fading).narrow();
         let factor = match &s.texture {
-            Textured::Uniform(factor) => *factor,
-            Textured::Varying(texture) => {
+            Textured::Uniform(factor) => Vec3::splat(token, (*factor).into()),
+            Textured::Varying(texture) => Vec3::from_fn(token, |i| {
+                let local = DVec3::from(local.lane(i));
                 let across = local.truncate() / (local.z * s.cutoff_angle.tan());
-                texture.rgb(Vec2::splat(0.5) + 0.5 * across.as_vec2())
-            }
+                texture.rgb(GlamVec2::splat(0.5) + 0.5 * across.as_vec2()).into()
+            }),
         };
-        s.intensity * factor * falloff as f32
+        let intensity = Vec3::splat(token, s.intensity.into()).times(factor) * falloff;
+        intensity.only_where(angle.lt(s.cutoff_angle))
     }
 }
 
-impl Emitter for Spot {
-    fn sample_toward(&self, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
-        let to = self.settings.position.as_dvec3() - from;
-        let distance_squared = to.length_squared();
-        let direction = to / distance_squared.sqrt();
-        let weight = (self.intensity(-direction).as_dvec3() / distance_squared).as_vec3a();
-        // At the light itself the direction is undefined.
-        (distance_squared > 0.0 && weight != Rgb::ZERO && weight.is_finite()).then(|| {
-            EmitterSample {
-                direction: direction.as_vec3a(),
-                weight,
-                pdf: 0.0,
-                origin: LightOrigin::Point(self.settings.position),
-            }
-        })
-    }
-
-    fn pdf_toward(&self, _sight: &Sight<'_>) -> f32 {
-        0.0
-    }
-
-    fn radiance(&self, _sight: &Sight<'_>) -> Rgb {
-        Rgb::ZERO
+impl Light for Spot {
+    #[inline(always)]
+    fn sample<R: Real>(&self, from: Vec3<R::Double>, _u: Vec2<R::Double>) -> EmitterSamples<R> {
+        let position = self.settings.position;
+        let out = from - Vec3::splat(from.token(), position.as_dvec3().into());
+        let mut samples = EmitterSamples::of_intensity(position, self.intensity::<R>(out), from);
+        let Vec3 { x, y, z } = samples.weight.map(|channel| channel.eq(0.0));
+        samples.exists &= !(x & y & z);
+        samples
     }
 
     /// The beam, and light that fades from there to the cutoff.

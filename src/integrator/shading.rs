@@ -117,7 +117,7 @@ impl<'a, R: Real> Shading<'a, R> {
         Receivers {
             position: interaction.position,
             normal: Vec3::select(self.cos_geometric.lt(0.0), -normal, normal),
-            both_sides: self.flags.transmits,
+            both_sides: R::Mask::splat(normal.token(), self.flags.transmits),
         }
     }
 

@@ -244,6 +244,21 @@ impl Rays {
         self.numbers.columns()
     }
 
+    /// Of the rays that are named, one for each lane, the surfaces that they leave; of others it means nothing.
+    ///
+    /// # Panics
+    /// There is no such ray.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather_starts<R: Real>(&self, token: R::Token, rays: &[usize]) -> RayEnds<R> {
+        let [x, y, z, bits] = self.starts.numbers.gather::<R>(token, rays);
+        RayEnds {
+            point: self.starts.points.gather::<R::Double>(token, rays).into(),
+            normal: vector::Vec3::new(x, y, z),
+            is_front: (bits.to_bits() & IS_BACK).eq(0),
+        }
+    }
+
     /// Of the rays that are named, one for each lane, the exact origin ([`Ray::exact_origin`]), the direction and the time.
     ///
     /// # Panics

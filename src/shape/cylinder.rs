@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, Vec2, Vec3A};
 
+use super::sample::{area_pdf_toward, area_sample_toward};
 use super::{
     Analytic, Crossing, Geometry, NEAR_EDGE, NearEdge, OFF_EDGE, Shape, ShapeSample, SurfacePoint,
-    area_pdf_toward, area_sample_toward, rounding_of,
+    rounding_of,
 };
 use crate::math::Aabb;
 use crate::ray::{Hit, Ray};
@@ -229,7 +230,13 @@ impl Shape for Cylinder {
     }
 
     fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
-        area_pdf_toward(self.primitive_area(primitive), from, point)
+        let normal = point.geometric_normal.into();
+        area_pdf_toward::<f32>(
+            self.primitive_area(primitive),
+            from.into(),
+            point.position.into(),
+            normal,
+        )
     }
 
     fn bytes(&self) -> usize {

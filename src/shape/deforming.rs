@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec3A};
 
 use super::triangle;
-use super::{Arrivals, FacetLane, Geometry, Interaction, Shape, SurfacePoint, TriangleMesh};
+use super::{Arrivals, Geometry, Interaction, PrimitiveLane, Shape, SurfacePoint, TriangleMesh};
 use crate::math::{Aabb, Keys, KeysError};
 use crate::ray::{Hit, Ray};
 
@@ -154,13 +154,12 @@ impl Shape for DeformingMesh {
         Interaction::new(&Arrivals::one(self, ray, hit), |_| *ray).lane(0)
     }
 
-    fn facet(&self, primitive: u32, time: f32, lane: &mut FacetLane<'_>) -> bool {
+    fn put(&self, primitive: u32, time: f32, lane: &mut PrimitiveLane<'_>) {
         let primitive = primitive as usize;
-        lane.put(self.corners(primitive, time));
+        lane.put_triangle(self.corners(primitive, time));
         if let Some(normals) = self.normals(primitive, time) {
             lane.put_normals(normals);
         }
-        true
     }
 
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {

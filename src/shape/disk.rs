@@ -2,9 +2,10 @@
 
 use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3A};
 
+use super::sample::{area_pdf_toward, area_sample_toward};
 use super::{
     Analytic, Crossing, Geometry, NEAR_EDGE, NearEdge, OFF_EDGE, Shape, ShapeSample, SurfacePoint,
-    area_pdf_toward, area_sample_toward, rounding_of,
+    rounding_of,
 };
 use crate::math::{Aabb, Cone, warp};
 use crate::ray::{Hit, Ray};
@@ -210,7 +211,8 @@ impl Shape for Disk {
     }
 
     fn primitive_pdf(&self, _primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
-        area_pdf_toward(self.area, from, point)
+        let normal = point.geometric_normal.into();
+        area_pdf_toward::<f32>(self.area, from.into(), point.position.into(), normal)
     }
 
     fn bytes(&self) -> usize {

@@ -1,13 +1,11 @@
 //! The surfaces that some rays have met, in lanes, and the rays that leave them.
 
-use glam::{DVec3, Vec3A};
+use glam::Vec3A;
 
-use super::facets::Facets;
-use super::triangle::Triangle;
-use super::{NearEdge, Shape, ShapeSample, SurfacePoint, Toward};
-use crate::math::real::{Lanes, Mask, Real};
+use super::primitive_lanes::PrimitiveLanes;
+use super::{NearEdge, Shape, SurfacePoint};
+use crate::math::real::{Lanes, Mask, Real, Select};
 use crate::math::vector::{Vec2, Vec3};
-use crate::math::warp;
 use crate::ray::{Hit, Ray, RayEnds, RayLanes};
 
 /// A [`SurfacePoint`] in each lane.
@@ -60,37 +58,45 @@ impl<'a> Arrivals<'a, f32> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// The surface that each lane's ray has met. Triangles are solved together; of other shapes, and next to edges, one
-    /// lane after the other, of whose `ray` all is asked.
+    /// The surface that each lane's ray has met. Triangles and spheres are solved together; other shapes, and what is next
+    /// to edges, one lane after the other, of whose `ray` all is asked.
     #[inline(always)]
     #[must_use]
     pub fn new(arrivals: &Arrivals<'_, R>, ray: impl Fn(usize) -> Ray) -> Self {
         let Arrivals { origin, direction, time, .. } = *arrivals;
         let token = time.token();
-        let mut facets = Facets::NONE;
-        let mut triangles = 0;
+        let mut lanes = PrimitiveLanes::NONE;
         for (i, (shape, hit)) in
             arrivals.shapes.as_ref().iter().zip(arrivals.hits.as_ref()).enumerate()
         {
-            let is_triangle = shape.facet(hit.primitive, time.lane(i), &mut facets.lane(i));
-            triangles |= u32::from(is_triangle) << i;
+            shape.put(hit.primitive, time.lane(i), &mut lanes.lane(i));
         }
-        let triangles = R::Mask::from_bits(token, triangles);
-        let triangle = Triangle::new(facets.corners(token));
-        let (point, clear) = triangle.meet(origin, direction);
-        let normals = facets.normals(token);
-        let (geometric_normal, shading_normal) = triangle.normals(point.weights, normals);
+        let triangles = lanes.are_triangles::<R>(token);
+        let spheres = lanes.are_spheres::<R>(token);
+        let mut solved = Solved::none(token);
+        if triangles.any() {
+            solved = Solved::on_triangles(&lanes, origin, direction);
+        }
+        if spheres.any() {
+            let on_spheres = R::vectorize(
+                token,
+                #[inline(always)]
+                || Solved::on_spheres(&lanes, arrivals),
+            );
+            solved = Solved::selected(spheres, on_spheres, solved);
+        }
         let mut interaction = Self {
-            position: point.position,
-            parameters: point.weights,
-            geometric_normal,
-            shading_normal,
+            position: solved.position,
+            parameters: solved.parameters,
+            geometric_normal: solved.geometric_normal,
+            shading_normal: solved.shading_normal,
             is_near_edge: R::Mask::splat(token, false),
             near_edge: R::each(|_| None),
             time,
         };
-        if !(triangles & clear).all() {
-            interaction.mend(triangles, clear, arrivals, ray);
+        let whole = solved.is_clear & (triangles | spheres);
+        if !whole.all() {
+            interaction.mend(triangles, whole, arrivals, ray);
         }
         interaction
     }
@@ -100,11 +106,11 @@ impl<R: Real> Interaction<R> {
     fn mend(
         &mut self,
         triangles: R::Mask,
-        clear: R::Mask,
+        whole: R::Mask,
         arrivals: &Arrivals<'_, R>,
         ray: impl Fn(usize) -> Ray,
     ) {
-        for i in (0..R::LANES).filter(|&i| !(triangles & clear).lane(i)) {
+        for i in (0..R::LANES).filter(|&i| !whole.lane(i)) {
             let (shape, hit) = (arrivals.shapes.as_ref()[i], &arrivals.hits.as_ref()[i]);
             let ray = ray(i);
             let surface = if triangles.lane(i) {
@@ -202,12 +208,80 @@ impl From<SurfacePoint> for Interaction<f32> {
     }
 }
 
+/// The surfaces of triangles or spheres.
+#[derive(Clone, Copy)]
+struct Solved<R: Real> {
+    position: Vec3<R::Double>,
+    parameters: Vec2<R>,
+    geometric_normal: Vec3<R>,
+    shading_normal: Vec3<R>,
+    /// Where no edge is near.
+    is_clear: R::Mask,
+}
+
+impl<R: Real> Solved<R> {
+    #[inline(always)]
+    fn none(token: R::Token) -> Self {
+        let zero = Vec3::splat(token, Vec3::default());
+        Self {
+            position: zero.widen(),
+            parameters: Vec2::splat(token, Vec2::default()),
+            geometric_normal: zero,
+            shading_normal: zero,
+            is_clear: R::Mask::splat(token, false),
+        }
+    }
+
+    #[inline(always)]
+    fn on_triangles(lanes: &PrimitiveLanes, origin: Vec3<R::Double>, direction: Vec3<R>) -> Self {
+        let token = direction.x.token();
+        let triangle = lanes.triangles(token);
+        let (point, is_clear) = triangle.meet(origin, direction);
+        let (geometric_normal, shading_normal) =
+            triangle.normals(point.weights, lanes.normals(token));
+        let (position, parameters) = (point.position, point.weights);
+        Self { position, parameters, geometric_normal, shading_normal, is_clear }
+    }
+
+    #[inline(always)]
+    fn on_spheres(lanes: &PrimitiveLanes, arrivals: &Arrivals<'_, R>) -> Self {
+        let token = arrivals.time.token();
+        let hits = arrivals.hits.as_ref();
+        let [t, u, v]: [fn(&Hit) -> f32; 3] = [|hit| hit.t, |hit| hit.u, |hit| hit.v];
+        let [t, u, v] = [t, u, v].map(|of| R::from_fn(token, |i| of(&hits[i])));
+        let spheres = lanes.spheres(token);
+        let (position, normal) = spheres.meet(arrivals.origin, arrivals.direction, u.ge(0.5), t);
+        Self {
+            position,
+            parameters: Vec2::new(u, v),
+            geometric_normal: normal,
+            shading_normal: normal,
+            is_clear: R::Mask::splat(token, true),
+        }
+    }
+}
+
+impl<R: Real> Select for Solved<R> {
+    type Mask = R::Mask;
+
+    #[inline(always)]
+    fn selected(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            position: Vec3::select(mask, yes.position, no.position),
+            parameters: Vec2::select(mask, yes.parameters, no.parameters),
+            geometric_normal: Vec3::select(mask, yes.geometric_normal, no.geometric_normal),
+            shading_normal: Vec3::select(mask, yes.shading_normal, no.shading_normal),
+            is_clear: mask.select(yes.is_clear, no.is_clear),
+        }
+    }
+}
+
 /// The surface of a triangle that is met close to its edge.
 #[cold]
 fn near_edge(shape: &dyn Shape, ray: &Ray, hit: &Hit) -> SurfacePoint {
-    let mut facets = Facets::NONE;
-    shape.facet(hit.primitive, ray.time, &mut facets.lane(0));
-    let triangle = facets.triangle();
+    let mut lanes = PrimitiveLanes::NONE;
+    shape.put(hit.primitive, ray.time, &mut lanes.lane(0));
+    let triangle = lanes.triangles(());
     let (origin, direction) = (ray.exact_origin().into(), ray.direction.into());
     let met = triangle.meet_near_edge(origin, direction, Vec2::new(hit.u, hit.v));
     if met.is_beyond
@@ -216,109 +290,6 @@ fn near_edge(shape: &dyn Shape, ray: &Ray, hit: &Hit) -> SurfacePoint {
         // The hit still names this triangle.
         return SurfacePoint { parameters: Vec2::new(hit.u, hit.v).into(), ..surface };
     }
-    let surface = facets.surface(&triangle, met.point);
+    let surface = lanes.surface(&triangle, met.point);
     SurfacePoint { near_edge: Some(met.near_edge), ..surface }
-}
-
-/// A [`super::ShapeSample`] in each lane.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ShapeSamples<R: Real> {
-    /// Where anything can be sampled.
-    pub(crate) exists: R::Mask,
-    /// Of the chosen point.
-    pub(crate) position: Vec3<R::Double>,
-    /// Of the chosen point: see [`SurfacePoint::parameters`].
-    pub(crate) parameters: Vec2<R>,
-    /// Of the chosen point: see [`SurfacePoint::geometric_normal`].
-    pub(crate) normal: Vec3<R>,
-    /// Of the chosen point: see [`SurfacePoint::shading_normal`].
-    pub(crate) shading_normal: Vec3<R>,
-    /// See [`super::ShapeSample::direction`].
-    pub(crate) direction: Vec3<R>,
-    /// See [`super::ShapeSample::pdf`].
-    pub(crate) pdf: R::Double,
-}
-
-impl<R: Real> ShapeSamples<R> {
-    /// A point of a primitive of `shape` as seen from `from`: [`Shape::sample_primitive`].
-    #[inline(always)]
-    pub(crate) fn new(
-        shape: &dyn Shape,
-        primitives: &R::Each<u32>,
-        from: Vec3<R::Double>,
-        u: Vec2<R>,
-    ) -> Self {
-        let token = u.x.token();
-        let primitives = primitives.as_ref();
-        let mut facets = Facets::NONE;
-        for (i, &primitive) in primitives.iter().enumerate() {
-            // What emits is at rest.
-            if !shape.facet(primitive, 0.0, &mut facets.lane(i)) {
-                return Self::lane_by_lane(shape, primitives, from, u);
-            }
-        }
-        let triangle = Triangle::new(facets.corners(token));
-        let point = triangle.point(warp::square_to_uniform_triangle(u));
-        let normals = facets.normals(token);
-        let (normal, shading_normal) = triangle.normals(point.weights, normals);
-        let to = Toward::new(triangle.area, from, point.position, normal);
-        Self {
-            exists: to.exists,
-            position: point.position,
-            parameters: point.weights,
-            normal,
-            shading_normal,
-            direction: to.direction,
-            pdf: to.pdf,
-        }
-    }
-
-    /// That of a lane, if there is one.
-    pub(super) fn lane(&self, i: usize) -> Option<ShapeSample> {
-        let point = SurfacePoint {
-            position: self.position.lane(i).into(),
-            parameters: self.parameters.lane(i).into(),
-            geometric_normal: self.normal.lane(i).into(),
-            shading_normal: self.shading_normal.lane(i).into(),
-            near_edge: None,
-            time: 0.0,
-        };
-        self.exists.lane(i).then(|| ShapeSample {
-            point,
-            direction: self.direction.lane(i).into(),
-            pdf: self.pdf.lane(i),
-        })
-    }
-
-    #[inline(always)]
-    fn lane_by_lane(
-        shape: &dyn Shape,
-        primitives: &[u32],
-        from: Vec3<R::Double>,
-        u: Vec2<R>,
-    ) -> Self {
-        let token = u.x.token();
-        let samples = R::each(|i| {
-            let (from, u) = (from.lane(i).into(), u.lane(i).into());
-            shape.sample_primitive(primitives[i] as usize, from, u)
-        });
-        let samples = samples.as_ref();
-        let vector = |of: fn(&ShapeSample) -> Vec3A| {
-            Vec3::from_fn(token, |i| samples[i].as_ref().map_or(Vec3A::ZERO, of).into())
-        };
-        let point = |i: usize| samples[i].map(|sample| sample.point);
-        Self {
-            exists: R::mask(token, |i| samples[i].is_some()),
-            position: Vec3::from_fn(token, |i| {
-                point(i).map_or(DVec3::ZERO, |point| point.position).into()
-            }),
-            parameters: Vec2::from_fn(token, |i| {
-                point(i).map_or(glam::Vec2::ZERO, |point| point.parameters).into()
-            }),
-            normal: vector(|sample| sample.point.geometric_normal),
-            shading_normal: vector(|sample| sample.point.shading_normal),
-            direction: vector(|sample| sample.direction),
-            pdf: R::Double::from_fn(token, |i| samples[i].map_or(0.0, |sample| sample.pdf)),
-        }
-    }
 }

@@ -5,8 +5,8 @@ use std::fmt::{self, Display, Formatter};
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::area_pdf_toward;
-use super::facets::{FacetLane, Facets};
+use super::primitive_lanes::{PrimitiveLane, PrimitiveLanes};
+use super::sample::area_pdf_toward;
 use super::triangle::{self, Triangle};
 use super::{Arrivals, Geometry, Interaction, Shape, ShapeSample, ShapeSamples, SurfacePoint};
 use crate::math::{Aabb, Cone, vector as real};
@@ -186,13 +186,12 @@ impl Shape for TriangleMesh {
         Interaction::new(&Arrivals::one(self, ray, hit), |_| *ray).lane(0)
     }
 
-    fn facet(&self, primitive: u32, _time: f32, lane: &mut FacetLane<'_>) -> bool {
+    fn put(&self, primitive: u32, _time: f32, lane: &mut PrimitiveLane<'_>) {
         let primitive = primitive as usize;
-        lane.put(self.corners(primitive));
+        lane.put_triangle(self.corners(primitive));
         if !self.normals.is_empty() {
             lane.put_normals(self.triangles[primitive].map(|i| self.normals[i as usize]));
         }
-        true
     }
 
     /// That of a triangle that shares a corner with the one that was hit and that the ray truly meets there. Looks
@@ -206,11 +205,11 @@ impl Shape for TriangleMesh {
             other != primitive && corners.iter().any(|corner| own.contains(corner))
         };
         (0..self.triangles.len()).filter(is_neighbour).find_map(|other| {
-            let mut facets = Facets::NONE;
-            self.facet(other as u32, ray.time, &mut facets.lane(0));
-            let triangle = facets.triangle();
+            let mut lanes = PrimitiveLanes::NONE;
+            self.put(other as u32, ray.time, &mut lanes.lane(0));
+            let triangle = lanes.triangles(());
             let (point, near_edge) = triangle.meet_inside(ray, hit.t)?;
-            Some(SurfacePoint { near_edge, ..facets.surface(&triangle, point) })
+            Some(SurfacePoint { near_edge, ..lanes.surface(&triangle, point) })
         })
     }
 
@@ -251,11 +250,17 @@ impl Shape for TriangleMesh {
 
     fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let primitives = [primitive as u32];
-        ShapeSamples::<f32>::new(self, &primitives, from.into(), u.into()).lane(0)
+        ShapeSamples::<f32>::new(&[self], &primitives, from.into(), u.into()).lane(0)
     }
 
     fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
-        area_pdf_toward(self.primitive_area(primitive), from, point)
+        let normal = point.geometric_normal.into();
+        area_pdf_toward::<f32>(
+            self.primitive_area(primitive),
+            from.into(),
+            point.position.into(),
+            normal,
+        )
     }
 
     fn bytes(&self) -> usize {

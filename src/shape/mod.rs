@@ -5,29 +5,30 @@ use std::fmt::Debug;
 
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-use crate::math::real::{Double, Float, Lanes, Mask, Real};
-use crate::math::{Aabb, Cone, UNIT_ROUNDOFF as U, type_word, vector};
+use crate::math::{Aabb, Cone, UNIT_ROUNDOFF as U, type_word};
 use crate::ray::{Hit, Inward, Ray, RayEnd};
 
 pub mod cylinder;
 pub mod deforming;
 pub mod disk;
-pub mod facets;
 pub mod instance;
 pub mod interaction;
 pub mod mesh;
+pub mod primitive_lanes;
 pub mod primitives;
+pub mod sample;
 pub mod sphere;
 mod triangle;
 
 pub use cylinder::Cylinder;
 pub use deforming::DeformingMesh;
 pub use disk::Disk;
-pub use facets::FacetLane;
 pub use instance::{Group, Instance};
-pub(crate) use interaction::ShapeSamples;
 pub use interaction::{Arrivals, Interaction};
 pub use mesh::TriangleMesh;
+pub use primitive_lanes::PrimitiveLane;
+pub use sample::ShapeSample;
+pub(crate) use sample::ShapeSamples;
 pub use sphere::Sphere;
 
 /// What an engine has to intersect.
@@ -95,11 +96,9 @@ pub trait Shape: Debug + Send + Sync {
     /// The surface at `hit`, which an engine reported for `ray`.
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint;
 
-    /// Puts a primitive that is a triangle, as it is at a moment within the shutter, where it is asked for; false where it is
-    /// none. What puts one here has its [`Shape::surface`] from [`Interaction::new`], which takes eight at once.
-    fn facet(&self, _primitive: u32, _time: f32, _lane: &mut FacetLane<'_>) -> bool {
-        false
-    }
+    /// Puts a primitive that is a triangle or a sphere, as it is at a moment within the shutter, where it is asked for; of
+    /// another nothing. What puts one here has its [`Shape::surface`] from [`Interaction::new`], which takes eight at once.
+    fn put(&self, _primitive: u32, _time: f32, _lane: &mut PrimitiveLane<'_>) {}
 
     /// The surface of another triangle that `ray` truly meets near `hit`, which its own triangle is passed by: rarely asked
     /// for.
@@ -270,93 +269,4 @@ const OFF_EDGE: f64 = 1.0 / (1u64 << 42) as f64;
 #[inline(always)]
 fn rounding_of(position: DVec3) -> f64 {
     f64::from(U) * position.abs().element_sum()
-}
-
-/// A point of a shape chosen as seen from another point.
-#[derive(Clone, Copy, Debug)]
-pub struct ShapeSample {
-    /// The chosen point.
-    pub point: SurfacePoint,
-    /// Unit direction towards it.
-    pub direction: Vec3A,
-    /// Density per solid angle, in sr⁻¹. In f64, since for a tiny and distant primitive it or its
-    /// inverse leaves the range of f32, though not after the choice of the primitive is counted in.
-    pub pdf: f64,
-}
-
-/// Density per solid angle of a point chosen uniformly on a primitive of `area`, as seen from
-/// `from`; 0 where the primitive is seen edge-on.
-#[must_use]
-pub(crate) fn area_pdf_toward(area: f64, from: DVec3, point: &SurfacePoint) -> f64 {
-    let to = point.position - from;
-    let distance_squared = to.length_squared();
-    let cosine = (to.dot(point.geometric_normal.as_dvec3()) / distance_squared.sqrt()).abs();
-    let pdf = distance_squared / (cosine * area);
-    if pdf.is_finite() { pdf } else { 0.0 }
-}
-
-/// The sample for a point chosen uniformly on a primitive of `area`; `None` where it is seen edge-on
-/// or coincides with `from`.
-#[must_use]
-pub(crate) fn area_sample_toward(
-    area: f64,
-    from: DVec3,
-    point: SurfacePoint,
-) -> Option<ShapeSample> {
-    let normal = point.geometric_normal.into();
-    let to = Toward::<f32>::new(area, from.into(), point.position.into(), normal);
-    let direction = to.direction.into();
-    to.exists.then_some(ShapeSample { point, direction, pdf: to.pdf })
-}
-
-/// The direction in which a point is seen that was chosen uniformly on a primitive, in each lane.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Toward<R: Real> {
-    /// Not where the primitive is seen edge-on or the point coincides with where it is seen from.
-    pub(crate) exists: R::Mask,
-    /// See [`ShapeSample::direction`].
-    pub(crate) direction: vector::Vec3<R>,
-    /// See [`ShapeSample::pdf`].
-    pub(crate) pdf: R::Double,
-}
-
-impl<R: Real> Toward<R> {
-    /// Of `point`, on a primitive of `area` whose normal there is `normal`, as seen from `from`. In f64 where d² or the area
-    /// is extreme, so that neither d² nor 1/area overflows on the way.
-    #[inline(always)]
-    pub(crate) fn new(
-        area: R::Double,
-        from: vector::Vec3<R::Double>,
-        point: vector::Vec3<R::Double>,
-        normal: vector::Vec3<R>,
-    ) -> Self {
-        let exact = point - from;
-        let to = exact.narrow();
-        let distance_squared = to.length_squared();
-        let small_area = area.narrow();
-        let direction = to / distance_squared.sqrt();
-        let cosine = direction.dot(normal).abs();
-        let pdf = distance_squared / (cosine * small_area);
-        let exists = in_range(distance_squared) & in_range(small_area) & pdf.lt(f32::INFINITY);
-        let near = Self { exists, direction, pdf: pdf.widen() };
-        if exists.all() {
-            return near;
-        }
-        let distance_squared = exact.length_squared();
-        let direction = exact / distance_squared.sqrt();
-        let solid_angle = direction.dot(normal.widen()).abs() * area / distance_squared;
-        let pdf = R::Double::splat(area.token(), 1.0) / solid_angle;
-        let is_seen = solid_angle.gt(0.0) & solid_angle.lt(f64::INFINITY);
-        Self {
-            exists: exists | is_seen,
-            direction: vector::Vec3::select(exists, near.direction, direction.narrow()),
-            pdf: R::Double::select(exists, near.pdf, pdf),
-        }
-    }
-}
-
-/// Of squared lengths, whether they have kept all their bits in f32, with room for a cosine.
-#[inline(always)]
-fn in_range<R: Real>(squared: R) -> R::Mask {
-    squared.ge(1e-30) & squared.lt(1e30)
 }

@@ -4,11 +4,13 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec2, Vec3A};
 
+use super::sample::{ShapeSamples, Toward, area_pdf_toward};
 use super::{
-    Analytic, Crossing, Geometry, Shape, ShapeSample, SurfacePoint, area_pdf_toward,
-    area_sample_toward,
+    Analytic, Arrivals, Crossing, Geometry, Interaction, PrimitiveLane, Shape, ShapeSample,
+    SurfacePoint,
 };
-use crate::math::{Aabb, Frame, warp};
+use crate::math::real::{Double, Float, Lanes, Mask, Real, Select};
+use crate::math::{Aabb, Frame, vector as real, warp};
 use crate::ray::{Hit, Ray};
 
 /// A sphere in world space.
@@ -30,54 +32,21 @@ impl Sphere {
         Self { center, radius, axes, side: if flip_normals { -1.0 } else { 1.0 } }
     }
 
-    /// The surface in a direction from the centre, of any length.
-    fn surface_at(&self, outward: DVec3) -> SurfacePoint {
-        let outward = outward.normalize();
-        let position = self.center.as_dvec3() + outward * f64::from(self.radius);
-        let normal = outward.as_vec3a() * self.side;
-        SurfacePoint {
-            position,
-            parameters: Vec2::ZERO,
-            geometric_normal: normal,
-            shading_normal: normal,
-            near_edge: None,
-            time: 0.0,
-        }
-    }
-}
-
-impl Sphere {
-    /// Distances at which the whole line of `ray` meets the sphere, the smaller first.
-    ///
-    /// Solves the quadratic in f64: with f32 the discriminant cancels for a sphere that is small
-    /// against its distance (Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
-    fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
-        self.roots_from(ray.origin.as_dvec3(), ray.direction.as_dvec3())
-    }
-
-    fn roots_from(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
-        let origin = origin - self.center.as_dvec3();
+    /// The same in one lane.
+    fn one(&self) -> Spheres<f32> {
         let radius = f64::from(self.radius);
-        let a = direction.length_squared();
-        let b = -origin.dot(direction);
-        let closest = origin + direction * (b / a);
-        let discriminant = radius * radius - closest.length_squared();
-        if discriminant.is_nan() || discriminant < 0.0 {
-            return None;
-        }
-        let root = (a * discriminant).sqrt();
-        // The root without cancellation first, the other from the product of both.
-        let q = b + root.copysign(b);
-        let c = origin.length_squared() - radius * radius;
-        let (near, far) = (c / q, q / a);
-        Some(if near > far { [far, near] } else { [near, far] })
+        Spheres { center: self.center.as_dvec3().into(), radius, side: self.side }
     }
 }
 
 impl Analytic for Sphere {
     /// The first parameter is 0 where the ray's line enters the sphere, 1 where it leaves.
     fn intersect(&self, ray: &Ray) -> Option<(f32, f32, f32)> {
-        let [near, far] = self.roots(ray)?.map(|t| t as f32);
+        let roots = self.one().roots(ray.origin.as_dvec3().into(), ray.direction.into());
+        if !roots.exist {
+            return None;
+        }
+        let [near, far] = [roots.near, roots.far].map(|t| t as f32);
         let within = |t: f32| t >= ray.t_min && t <= ray.t_max;
         let hit = [(near, 0.0, 0.0), (far, 1.0, 0.0)];
         hit.into_iter().find(|&(t, ..)| within(t))
@@ -120,13 +89,11 @@ impl Shape for Sphere {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        // The distance again, in f64 and from the exact start: rounded to f32 it moves the point along the ray
-        // by up to 6e-8 t, which for a distant sphere may be more than its radius.
-        let (origin, direction) = (ray.exact_origin(), ray.direction.as_dvec3());
-        let [near, far] = self.roots_from(origin, direction).unwrap_or([f64::from(hit.t); 2]);
-        let t = if hit.u < 0.5 { near } else { far };
-        let outward = origin + direction * t - self.center.as_dvec3();
-        SurfacePoint { parameters: Vec2::new(hit.u, hit.v), ..self.surface_at(outward) }
+        Interaction::new(&Arrivals::one(self, ray, hit), |_| *ray).lane(0)
+    }
+
+    fn put(&self, _primitive: u32, _time: f32, lane: &mut PrimitiveLane<'_>) {
+        lane.put_sphere(self.center, self.radius, self.side);
     }
 
     fn uv(&self, ray: &Ray, hit: &Hit) -> Vec2 {
@@ -160,44 +127,13 @@ impl Shape for Sphere {
         4.0 * PI * f64::from(self.radius).powi(2)
     }
 
-    /// From outside, uniform in the cone that the sphere fills (Shirley, Wang and Zimmerman 1996,
-    /// section 3.2); from inside, uniform by area.
-    fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
-        let Some(cone) = self.cone_from(from) else {
-            let point =
-                self.surface_at(Vec3A::from(warp::square_to_uniform_sphere(u.into())).as_dvec3());
-            let along = (point.position - from).as_vec3a();
-            let leaves = point.geometric_normal.dot(along) * self.side > 0.0;
-            let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
-            let point = SurfacePoint { parameters, ..point };
-            return area_sample_toward(self.primitive_area(primitive), from, point);
-        };
-        let frame = Frame::from_normal(cone.axis.into());
-        let local = Vec3A::from(warp::square_to_uniform_cone(u.into(), cone.one_minus_cos as f32));
-        let direction = Vec3A::from(frame.to_world(local.into())).normalize();
-        // The near root along that direction, and the point it leads to, relative to the centre and in
-        // the cone's frame. Not by way of `direction`: rounding it to f32 moves the end by more than
-        // the radius of a distant sphere.
-        let sin_squared = f64::from(local.x).powi(2) + f64::from(local.y).powi(2);
-        let cos = (1.0 - sin_squared).max(0.0).sqrt();
-        let (d, r) = (cone.distance, f64::from(self.radius));
-        let half_chord = (r * r - d * d * sin_squared).max(0.0).sqrt();
-        let t = d * cos - half_chord;
-        let from_center = DVec3::new(
-            t * f64::from(local.x),
-            t * f64::from(local.y),
-            -d * sin_squared - cos * half_chord,
-        );
-        let outward = Vec3A::from(frame.to_world(from_center.normalize().as_vec3a().into()));
-        let point = self.surface_at(outward.as_dvec3());
-        Some(ShapeSample { point, direction, pdf: cone.pdf() })
+    fn sample_primitive(&self, _primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
+        self.one().sample(from.into(), u.into()).lane(0)
     }
 
-    fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
-        match self.cone_from(from) {
-            Some(cone) => cone.pdf(),
-            None => area_pdf_toward(self.primitive_area(primitive), from, point),
-        }
+    fn primitive_pdf(&self, _primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
+        let normal = point.geometric_normal.into();
+        self.one().pdf(from.into(), point.position.into(), normal)
     }
 
     fn bytes(&self) -> usize {
@@ -205,39 +141,203 @@ impl Shape for Sphere {
     }
 }
 
+/// A sphere in each lane, as paths meet and sample it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spheres<R: Real> {
+    pub(super) center: real::Vec3<R::Double>,
+    pub(super) radius: R::Double,
+    /// −1 where the normals point inwards, else 1.
+    pub(super) side: R,
+}
+
+/// Distances at which lines meet spheres.
+#[derive(Clone, Copy, Debug)]
+struct Roots<R: Real> {
+    /// Where they meet at all.
+    exist: R::Mask,
+    near: R::Double,
+    far: R::Double,
+}
+
+/// The cones of directions in which spheres are seen.
+#[derive(Clone, Copy, Debug)]
+struct Cones<R: Real> {
+    /// Not from inside and not from the surface, on whichever side of it f64 has put the point.
+    exist: R::Mask,
+    axis: real::Vec3<R>,
+    /// In f64: that of a sphere at 1e20 times its radius is no f32.
+    one_minus_cos: R::Double,
+    /// From the centre.
+    distance: R::Double,
+}
+
+impl<R: Real> Cones<R> {
+    /// Density of directions uniform in the cone, in sr⁻¹.
+    #[inline(always)]
+    fn pdf(&self) -> R::Double {
+        (self.one_minus_cos * (2.0 * PI)).recip()
+    }
+}
+
 /// How far a point of the surface may lie from it, over the largest coordinate: a few roundings of f64.
 const ON_SURFACE: f64 = 16.0 * f64::EPSILON;
 
-/// The cone of directions in which a sphere is seen.
-struct Cone {
-    axis: Vec3A,
-    /// In f64: that of a sphere at 1e20 times its radius is no f32.
-    one_minus_cos: f64,
-    distance: f64,
-}
-
-impl Cone {
-    /// Density of directions uniform in the cone, in sr⁻¹.
-    fn pdf(&self) -> f64 {
-        0.5 / (PI * self.one_minus_cos)
+impl<R: Real> Spheres<R> {
+    /// The surface where the rays from the exact `origin` meet it, at the far side where they `leave` it: position and
+    /// normal. The distance again, in f64 and from the exact start: rounded to f32, as `t`, it moves the point along the ray
+    /// by up to 6e-8 t, which for a distant sphere may be more than its radius.
+    #[inline(always)]
+    pub(super) fn meet(
+        &self,
+        origin: real::Vec3<R::Double>,
+        direction: real::Vec3<R>,
+        leave: R::Mask,
+        t: R,
+    ) -> (real::Vec3<R::Double>, real::Vec3<R>) {
+        let roots = self.roots(origin, direction);
+        let exact = R::Double::select(leave, roots.far, roots.near);
+        let t = R::Double::select(roots.exist, exact, t.widen());
+        self.surface_at(origin + direction.widen() * t - self.center)
     }
-}
 
-impl Sphere {
-    /// `None` from inside and from the surface, on whichever side of it f64 has put `from`.
-    fn cone_from(&self, from: DVec3) -> Option<Cone> {
-        let to_center = self.center.as_dvec3() - from;
+    /// The surface in a direction from the centre, of any length: position and normal.
+    #[inline(always)]
+    fn surface_at(&self, outward: real::Vec3<R::Double>) -> (real::Vec3<R::Double>, real::Vec3<R>) {
+        let outward = outward.normalize();
+        (self.center + outward * self.radius, outward.narrow() * self.side)
+    }
+
+    /// Distances at which whole lines meet the spheres.
+    ///
+    /// Solves the quadratic in f64: with f32 the discriminant cancels for a sphere that is small
+    /// against its distance (Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
+    #[inline(always)]
+    fn roots(&self, origin: real::Vec3<R::Double>, direction: real::Vec3<R>) -> Roots<R> {
+        let (origin, direction) = (origin - self.center, direction.widen());
+        let a = direction.length_squared();
+        let b = -origin.dot(direction);
+        let closest = origin + direction * (b / a);
+        let squared = self.radius * self.radius;
+        let discriminant = squared - closest.length_squared();
+        let root = (a * discriminant).sqrt();
+        // The root without cancellation first, the other from the product of both.
+        let q = b + R::Double::select(b.lt(0.0), -root, root);
+        let c = origin.length_squared() - squared;
+        let (first, second) = (c / q, q / a);
+        let swapped = first.gt(second);
+        Roots {
+            exist: discriminant.ge(0.0),
+            near: R::Double::select(swapped, second, first),
+            far: R::Double::select(swapped, first, second),
+        }
+    }
+
+    /// A point of each: from outside, uniform in the cone that the sphere fills (Shirley, Wang and Zimmerman 1996,
+    /// section 3.2); from inside, uniform by area.
+    #[inline(always)]
+    pub(super) fn sample(&self, from: real::Vec3<R::Double>, u: real::Vec2<R>) -> ShapeSamples<R> {
+        let cones = self.cones_from(from);
+        let outside = self.sample_cone(&cones, u);
+        if cones.exist.all() {
+            return outside;
+        }
+        ShapeSamples::selected(cones.exist, outside, self.sample_area(from, u))
+    }
+
+    #[inline(always)]
+    fn sample_cone(&self, cones: &Cones<R>, u: real::Vec2<R>) -> ShapeSamples<R> {
+        let frame = Frame::from_normal(cones.axis);
+        let local = warp::square_to_uniform_cone(u, cones.one_minus_cos.narrow());
+        let direction = frame.to_world(local).normalize();
+        // The near root along that direction, and the point it leads to, relative to the centre and in
+        // the cone's frame. Not by way of `direction`: rounding it to f32 moves the end by more than
+        // the radius of a distant sphere.
+        let (x, y) = (local.x.widen(), local.y.widen());
+        let sin_squared = x * x + y * y;
+        let cos = not_negative(-sin_squared + 1.0).sqrt();
+        let (d, r) = (cones.distance, self.radius);
+        let half_chord = not_negative(r * r - d * d * sin_squared).sqrt();
+        let t = d * cos - half_chord;
+        let from_center = real::Vec3::new(t * x, t * y, -(d * sin_squared) - cos * half_chord);
+        let outward = frame.to_world(from_center.normalize().narrow());
+        let (position, normal) = self.surface_at(outward.widen());
+        ShapeSamples {
+            exists: cones.exist,
+            position,
+            parameters: real::Vec2::splat(u.x.token(), real::Vec2::default()),
+            normal,
+            shading_normal: normal,
+            direction,
+            pdf: cones.pdf(),
+        }
+    }
+
+    #[inline(always)]
+    fn sample_area(&self, from: real::Vec3<R::Double>, u: real::Vec2<R>) -> ShapeSamples<R> {
+        let token = u.x.token();
+        let (position, normal) = self.surface_at(warp::square_to_uniform_sphere(u).widen());
+        let to = Toward::new(self.area(), from, position, normal);
+        let leaves = (normal.dot((position - from).narrow()) * self.side).gt(0.0);
+        let leaves = R::select(leaves, R::splat(token, 1.0), 0.0);
+        ShapeSamples {
+            exists: to.exists,
+            position,
+            parameters: real::Vec2::new(leaves, R::splat(token, 0.0)),
+            normal,
+            shading_normal: normal,
+            direction: to.direction,
+            pdf: to.pdf,
+        }
+    }
+
+    /// Density with which [`Spheres::sample`] chooses the direction from `from` to a point of the surface.
+    #[inline(always)]
+    pub(super) fn pdf(
+        &self,
+        from: real::Vec3<R::Double>,
+        position: real::Vec3<R::Double>,
+        normal: real::Vec3<R>,
+    ) -> R::Double {
+        let cones = self.cones_from(from);
+        let outside = cones.pdf();
+        if cones.exist.all() {
+            return outside;
+        }
+        let inside = area_pdf_toward::<R>(self.area(), from, position, normal);
+        R::Double::select(cones.exist, outside, inside)
+    }
+
+    #[inline(always)]
+    fn area(&self) -> R::Double {
+        self.radius * self.radius * (4.0 * PI)
+    }
+
+    #[inline(always)]
+    fn cones_from(&self, from: real::Vec3<R::Double>) -> Cones<R> {
+        let to_center = self.center - from;
         let distance = to_center.length();
         // What f64 makes of a point of the surface.
-        let scale = self.center.abs().max_element() + self.radius;
-        let reach = f64::from(self.radius) + f64::from(scale) * ON_SURFACE;
-        let sin = f64::from(self.radius) / distance;
+        let center = self.center.abs();
+        let larger = |a: R::Double, b: R::Double| R::Double::select(a.gt(b), a, b);
+        let scale = larger(larger(center.x, center.y), center.z) + self.radius;
+        let reach = self.radius + scale * ON_SURFACE;
+        let sin_squared = {
+            let sin = self.radius / distance;
+            sin * sin
+        };
         // 1 - cos = sin² / (1 + cos): the subtraction would lose narrow cones.
-        let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
-        (distance > reach).then(|| Cone {
-            axis: (to_center / distance).as_vec3a(),
-            one_minus_cos,
+        let cos = (-sin_squared + 1.0).sqrt();
+        Cones {
+            exist: distance.gt(reach),
+            axis: (to_center / distance).narrow(),
+            one_minus_cos: sin_squared / (cos + 1.0),
             distance,
-        })
+        }
     }
+}
+
+/// What rounding has put below 0, at 0.
+#[inline(always)]
+fn not_negative<D: Double>(number: D) -> D {
+    D::select(number.gt(0.0), number, 0.0)
 }

@@ -1,12 +1,14 @@
 //! Surfaces that rays meet, the rays that leave them, and light that is to arrive there.
 
 use std::array;
+use std::f32::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, DVec3, Vec3A};
+use glam::{DAffine3, DVec2, DVec3, Mat3A, Vec3A};
+use telamon::emitter::spot::SpotSettings;
 use telamon::emitter::{
-    Area, ChoicePolicy, Directional, Emitter, EmitterChoice, EmitterSample, LightOrigin, Point,
-    Receiver, Receivers,
+    Area, ChoicePolicy, Constant, Directional, Emitter, EmitterChoice, EmitterSample, LightOrigin,
+    Point, Receiver, Receivers, Spot,
 };
 use telamon::intersect::{self, Backend};
 use telamon::math::real::{Lanes, Level, Mask, Simd, Task, f32x8, f64x8};
@@ -17,6 +19,7 @@ use telamon::shape::{
     Arrivals, Cylinder, DeformingMesh, Disk, Group, Instance, Interaction, Shape, Sphere,
     SurfacePoint, TriangleMesh, primitives,
 };
+use telamon::texture::Textured;
 
 use crate::support::lights::{lights, sphere, square};
 use crate::support::meshes::sphere_mesh;
@@ -49,9 +52,12 @@ fn surface_bits(surface: &SurfacePoint) -> impl PartialEq + std::fmt::Debug + us
     )
 }
 
+fn at(x: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::new(x, 0.0, 0.0))
+}
+
 /// Shapes of all kinds, with vertex normals and without, at rest and moving.
 fn shapes() -> Vec<Arc<dyn Shape>> {
-    let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
     let ball = sphere_mesh(DVec3::ZERO, 1.0, 12, 24);
     let normals = ball.positions().iter().map(|p| glam::Vec3::from(*p)).collect();
     let smooth = TriangleMesh::new(
@@ -180,7 +186,7 @@ impl Task for Light<'_> {
         let receivers = Receivers::<f32x8<S>> {
             position: Vec3::from_fn(simd, |i| from[i].position.into()),
             normal: Vec3::from_fn(simd, |i| from[i].geometric_normal.into()),
-            both_sides: true,
+            both_sides: f32x8::mask(simd, |_| true),
         };
         let u = Vec2::new(double(&|i| u[i].x), double(&|i| u[i].y));
         let wanted = f32x8::mask(simd, |_| true);
@@ -221,13 +227,41 @@ fn light_has_one_form() {
         })
         .collect();
     let area = |shape: Arc<dyn Shape>| Area::new(shape, Rgb::new(1.0, 2.0, 3.0)).expect("an area");
+    let point = || Point::new(Vec3A::new(1.0, 1.0, 1.0), Rgb::ONE);
+    let spot = || {
+        Spot::new(SpotSettings {
+            position: Vec3A::new(0.2, -0.1, 2.0),
+            axes: Mat3A::from_rotation_x(PI),
+            intensity: Rgb::new(3.0, 2.0, 1.0),
+            cutoff_angle: 0.25,
+            beam_width: 0.1,
+            texture: Textured::Uniform(Rgb::ONE),
+        })
+    };
+    let directional = || Directional::new(Vec3A::NEG_Z, Rgb::ONE);
+    let constant = || Constant::new(Rgb::new(0.5, 0.6, 0.7));
+    // So many parts that they are in a tree.
     rooms.push(vec![
         Box::new(area(square(0.5, Vec3A::Z))),
         Box::new(area(sphere(Vec3A::new(0.0, 3.0, 1.0), 0.3))),
         Box::new(area(Arc::new(sphere_mesh(DVec3::new(2.0, 0.0, 1.0), 0.3, 6, 9)))),
-        Box::new(Point::new(Vec3A::new(1.0, 1.0, 1.0), Rgb::ONE)),
-        Box::new(Directional::new(Vec3A::NEG_Z, Rgb::ONE)),
+        Box::new(point()),
+        Box::new(directional()),
     ]);
+    // So few that they are in a list; one of them the receivers are within.
+    rooms.push(vec![
+        Box::new(area(square(0.5, Vec3A::Z))),
+        Box::new(area(sphere(Vec3A::new(0.0, 3.0, 1.0), 0.3))),
+        Box::new(area(sphere(Vec3A::new(0.4, 0.4, 0.0), 0.2))),
+        Box::new(area(Arc::new(primitives::cube(at(3.0), false).0))),
+        Box::new(spot()),
+        Box::new(point()),
+        Box::new(constant()),
+    ]);
+    rooms.push(vec![Box::new(point())]);
+    rooms.push(vec![Box::new(spot())]);
+    rooms.push(vec![Box::new(directional())]);
+    rooms.push(vec![Box::new(constant())]);
     let mut lit = 0;
     for (room, emitters) in rooms.iter().enumerate() {
         for policy in [ChoicePolicy::Uniform, ChoicePolicy::Power, ChoicePolicy::Bvh] {

@@ -4,8 +4,9 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{Angle, Content, LightBvh, Node, Trail};
+use super::{Content, LightBvh, Node, Trail};
 use crate::emitter::EmitterBounds;
+use crate::emitter::importance::LightBounds;
 use crate::math::Aabb;
 
 /// Places along an axis where a node may be split.
@@ -79,21 +80,7 @@ fn fill(
 
 impl Node {
     fn new(bounds: &EmitterBounds, content: Content) -> Self {
-        let Aabb { min, max } = bounds.space;
-        let center = 0.5 * min + 0.5 * max;
-        // The centre is rounded, and so is a receiver's place against it.
-        let rounding = 4.0 * f32::EPSILON * min.abs().max(max.abs()).max_element();
-        let radius = 0.5 * (max - min).length() * (1.0 + 4.0 * f32::EPSILON) + rounding;
-        let (sin, cos) = bounds.normals.angle.sin_cos();
-        Self {
-            center,
-            radius_squared: (radius * radius).min(f32::MAX),
-            axis: bounds.normals.axis,
-            normals: Angle { sin, cos },
-            cos_emission: bounds.emission.cos(),
-            intensity: (bounds.intensity as f32).max(f32::MIN_POSITIVE),
-            content,
-        }
+        Self { bounds: LightBounds::new(bounds), content }
     }
 }
 

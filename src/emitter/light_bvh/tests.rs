@@ -1,12 +1,12 @@
 use std::f32::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3, Vec3A};
 
 use super::*;
 use crate::math::{Aabb, Cone};
 
 /// Numbers in `[0, 1)` that look random.
-fn numbers() -> impl Iterator<Item = f32> {
+pub(in crate::emitter) fn numbers() -> impl Iterator<Item = f32> {
     let mut state = 0x9e37_79b9_7f4a_7c15u64;
     std::iter::repeat_with(move || {
         state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
@@ -20,7 +20,7 @@ fn vectors() -> impl Iterator<Item = Vec3> {
 }
 
 /// Lights of all kinds in the unit cube: narrow and wide cones, points and boxes.
-fn lights(count: usize) -> Vec<EmitterBounds> {
+pub(in crate::emitter) fn lights(count: usize) -> Vec<EmitterBounds> {
     let vectors: Vec<_> = vectors().take(4 * count).collect();
     let light = |v: &[Vec3]| EmitterBounds {
         space: Aabb { min: v[0], max: v[0] + v[1] * v[1].x.powi(8) },
@@ -34,7 +34,7 @@ fn lights(count: usize) -> Vec<EmitterBounds> {
     vectors.chunks_exact(4).map(light).collect()
 }
 
-fn receivers() -> impl Iterator<Item = Receiver> {
+pub(in crate::emitter) fn receivers() -> impl Iterator<Item = Receiver> {
     let mut vectors = vectors().skip(17);
     std::iter::repeat_with(move || {
         let [position, normal, side] = [0; 3].map(|_| vectors.next().unwrap_or_default());

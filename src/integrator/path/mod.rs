@@ -1,10 +1,9 @@
 //! The path tracer: the single-sum path integral, one path a sample.
 
 use super::shading::Shading;
-use super::tracer::{CameraView, sight};
 use super::{Estimate, Integrator, Sample, Tracer, Vertex, one_by_one};
 use crate::bsdf::Flags;
-use crate::emitter::{Emitter, EmitterChoice, EmitterSamples, Receiver};
+use crate::emitter::{Emitter, EmitterChoice, EmitterSamples};
 use crate::math::Rgb;
 use crate::math::real::{Lanes, Mask, Real};
 use crate::math::vector::Vec3;
@@ -14,6 +13,7 @@ use crate::scene::Scene;
 use crate::shape::Interaction;
 
 mod direct;
+mod emission;
 mod groups;
 mod pool;
 pub mod settings;
@@ -117,39 +117,6 @@ impl Path {
         Self { settings: *settings, emitters }
     }
 
-    /// Radiance of the emitter at the end of the last edge, with the weight of having found it by
-    /// following the path.
-    fn emitted(
-        &self,
-        tracer: &Tracer<'_>,
-        ray: &Ray,
-        vertex: Option<&Vertex<'_>>,
-        edge: LastEdge,
-    ) -> Rgb {
-        let Some((index, emitter)) = tracer.emitter_in_sight(vertex) else {
-            return Rgb::ZERO;
-        };
-        let sight = sight(ray.exact_origin(), ray.direction, vertex);
-        let (LastEdge::Chosen { pdf, transmits }, Some(start)) = (edge, &ray.start) else {
-            return emitter.radiance(&sight);
-        };
-        let weight = match self.settings.strategy {
-            Strategy::Bsdf => 1.0,
-            Strategy::Emitter => return Rgb::ZERO,
-            Strategy::Mis(heuristic) => {
-                let emitters = tracer.scene().emitters();
-                let from = Receiver {
-                    position: start.point,
-                    normal: start.facing_normal(),
-                    both_sides: transmits,
-                };
-                let other = self.emitters.pdf_toward(emitters, index, &from, &sight);
-                heuristic.weight(pdf, self.settings.emitter_samples as f32 * other)
-            }
-        };
-        emitter.radiance(&sight) * weight
-    }
-
     /// Whether a path with so many edges ends where it is.
     fn is_longest(&self, edges: u32) -> bool {
         self.settings.max_depth.is_some_and(|max| edges >= max)
@@ -222,44 +189,6 @@ impl Path {
         let goes_on = goes_on & survives;
         paths.throughput = Vec3::select(goes_on, paths.throughput * factor, paths.throughput);
         (direction, goes_on)
-    }
-
-    /// Adds what is seen at the end of the newest edge, `ray`, to what the path has found.
-    // Inlined for the same reason as `Tracer::closest_vertex`.
-    #[inline(always)]
-    fn arrive(
-        &self,
-        tracer: &Tracer<'_>,
-        ray: &Ray,
-        vertex: Option<&Vertex<'_>>,
-        path: &Carried,
-        estimate: &mut Estimate,
-    ) {
-        if path.unscattered && vertex.is_none() {
-            let alpha = if self.settings.hide_emitters { 0.0 } else { tracer.background_alpha() };
-            estimate.alpha += (alpha - 1.0) / self.settings.bsdf_samples as f32;
-        }
-        estimate.radiance += path.throughput * self.emitted(tracer, ray, vertex, path.edge);
-    }
-
-    /// Adds what is seen at the end of a path's ray, from the camera if nothing is carried yet. Where the camera looks through what it hides, the ray goes on.
-    fn see(
-        &self,
-        tracer: &Tracer<'_>,
-        ray: &Ray,
-        vertex: Option<&Vertex<'_>>,
-        carried: Option<&Carried>,
-        estimate: &mut Estimate,
-    ) -> Option<Ray> {
-        if let Some(carried) = carried {
-            self.arrive(tracer, ray, vertex, carried, estimate);
-            return None;
-        }
-        match tracer.seen_by_camera(ray, vertex, self.settings.hide_emitters) {
-            CameraView::Seen(seen) => *estimate = seen,
-            CameraView::Behind(rest) => return Some(rest),
-        }
-        None
     }
 
     /// Follows one of the paths into which the path from the camera splits at `first`, which `ray` met, and adds

@@ -15,6 +15,7 @@ use crate::integrator::shading::Shading;
 use crate::integrator::{Estimate, Sample, Tracer, Vertex};
 use crate::math::Rgb;
 use crate::math::real::{Lanes, Mask, Real, Simd, Task, f32x8};
+use crate::math::vector::Vec3;
 use crate::ray::{Hit, Ray, Rays};
 use crate::sampler::{PathSamplers, Sampler};
 use crate::shape::{Arrivals, Interaction};
@@ -90,7 +91,8 @@ impl Task for Run<'_, '_, '_, '_, '_> {
 
 impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
     pub(super) fn new(integrator: &'p Path, tracer: &'t mut Tracer<'a>) -> Self {
-        let materials = tracer.scene().bsdfs().len();
+        // And the outside.
+        let materials = tracer.scene().bsdfs().len() + 1;
         Self {
             integrator,
             tracer,
@@ -126,21 +128,25 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
         }
     }
 
-    /// Puts together the paths that have met the same material. Those that have left the scene end.
+    /// Puts together the paths that have met the same material, and those that have left the scene, if there is anything to
+    /// see outside; else these end.
     fn group(&mut self) {
         let Self { integrator, tracer, now, hits, groups, finished, .. } = self;
+        let scene = tracer.scene();
+        let outside = scene.environment().map(|_| scene.bsdfs().len());
         groups.clear();
         for (path, hit) in hits.iter().enumerate() {
             if let Some(hit) = hit {
-                let object = &tracer.scene().objects()[hit.shape as usize];
+                let object = &scene.objects()[hit.shape as usize];
                 groups.add(object.bsdf_of(hit.member), path);
-                continue;
+            } else if let Some(group) = outside {
+                groups.add(group, path);
+            } else {
+                let (slot, from_camera, unscattered) = now.paths.whence(path);
+                let Slot { estimate, has_ended } = &mut finished.slots[slot];
+                integrator.leave(tracer, from_camera, unscattered, estimate);
+                *has_ended = true;
             }
-            let (slot, carried) = now.paths.get(path);
-            let slot = &mut finished.slots[slot];
-            let ray = now.rays.get(path);
-            integrator.see(tracer, &ray, None, carried.as_ref(), &mut slot.estimate);
-            slot.has_ended = true;
         }
     }
 
@@ -149,6 +155,7 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
     fn scatter<S: Simd>(&mut self, simd: S) {
         for group in 0..self.groups.len() {
             let mut next = self.groups.first(group);
+            let hits_something = next.is_some_and(|path| self.hits[path].is_some());
             while let Some(first) = next {
                 let (mut paths, mut count) = ([first; LANES], 0);
                 while let Some(path) = next
@@ -158,13 +165,36 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
                     count += 1;
                     next = self.groups.after(path);
                 }
-                self.turn::<f32x8<S>>(simd, &paths, count);
+                if hits_something {
+                    self.turn::<f32x8<S>>(simd, &paths, count);
+                } else {
+                    self.leave::<f32x8<S>>(simd, &paths, count);
+                }
                 // Some settings ask for many at each surface.
                 if self.shadows.len() >= PATHS {
                     self.shadows.trace(self.tracer, &mut self.finished.slots);
                 }
             }
         }
+    }
+
+    /// Lets the first `count` of these paths, whose rays have left the scene, see what is outside.
+    #[inline(always)]
+    fn leave<R: Real>(&mut self, token: R::Token, paths: &[usize; LANES], count: usize) {
+        let Self { integrator, tracer, now, finished, .. } = self;
+        let (origin, direction, _) = now.rays.gather::<R>(token, paths);
+        let state = now.paths.gather::<R>(token, paths);
+        let edges = state.last_edges(&now.rays.gather_starts(token, paths));
+        let begins = state.begins();
+        for i in 0..count {
+            let Slot { estimate, has_ended } = &mut finished.slots[state.slot(i)];
+            integrator.leave(tracer, begins.lane(i), state.is_unscattered(i), estimate);
+            *has_ended = true;
+        }
+        let hidden = begins & R::Mask::splat(token, integrator.settings.hide_emitters);
+        let seen = R::mask(token, |i| i < count) & !hidden;
+        let radiance = integrator.background(tracer, origin, direction, &edges);
+        add(&mut finished.slots, &state, seen, radiance);
     }
 
     /// Lets the first `count` of these paths scatter, whose rays have met one material.
@@ -189,24 +219,28 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
         let state = now.paths.gather::<R>(token, paths);
         let mut goes_on = R::mask(token, |i| i < count);
         let emits = R::mask(token, |i| object(i).emitter.is_some());
-        let begins = goes_on & state.begins() & !emits;
+        let begins = goes_on & state.begins();
         for i in (0..count).filter(|&i| begins.lane(i)) {
             // Nothing but a surface.
             slots[state.slot(i)].estimate = Estimate { radiance: Rgb::ZERO, alpha: 1.0 };
         }
-        for i in (0..count).filter(|&i| emits.lane(i)) {
-            let (slot, carried) = now.paths.get(paths[i]);
-            let surface = interaction.lane(i);
-            let [u, v] = surface.parameters.to_array();
-            let hit = Hit { u, v, ..found.as_ref()[i] };
-            let vertex = Vertex { object: object(i), hit, surface, bsdf };
-            let estimate = &mut slots[slot].estimate;
-            let carried = carried.as_ref();
-            if let Some(rest) = integrator.see(tracer, &ray(i), Some(&vertex), carried, estimate) {
-                next.rays.push(&rest);
-                next.paths.push(now.paths.row(paths[i]));
-                goes_on &= !R::mask(token, |lane| lane == i);
+        if emits.any() {
+            if integrator.settings.hide_emitters {
+                for i in (0..count).filter(|&i| (begins & emits).lane(i)) {
+                    let hit = found.as_ref()[i];
+                    let vertex =
+                        Vertex { object: object(i), hit, surface: interaction.lane(i), bsdf };
+                    let Some(rest) = Path::look_through(tracer, &ray(i), &vertex) else { continue };
+                    next.rays.push(&rest);
+                    next.paths.push(now.paths.row(paths[i]));
+                    goes_on &= !R::mask(token, |lane| lane == i);
+                }
             }
+            let seen = goes_on & emits;
+            let edges = state.last_edges(&now.rays.gather_starts(token, paths));
+            let radiance =
+                integrator.emitted(tracer, object, &arrivals, &interaction, seen, &edges);
+            add(slots, &state, seen, radiance);
         }
         let is_longest = match integrator.settings.max_depth {
             Some(_) => R::mask(token, |i| integrator.is_longest(state.edges(i))),
@@ -253,6 +287,15 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
         }
         next.rays.append(goes_on, &interaction.spawn(direction));
         next.paths.append(goes_on, &state.after(&lanes, shading.flags.transmits));
+    }
+}
+
+/// Adds light that arrives where paths have led to what they have found.
+#[inline(always)]
+fn add<R: Real>(slots: &mut [Slot], state: &StateLanes<R>, mask: R::Mask, light: Vec3<R>) {
+    let light = state.throughput.times(light);
+    for i in (0..R::LANES).filter(|&i| mask.lane(i)) {
+        slots[state.slot(i)].estimate.radiance += Rgb::from(light.lane(i));
     }
 }
 

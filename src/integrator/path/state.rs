@@ -1,9 +1,11 @@
 //! What paths carry from one surface to the next, by column.
 
-use super::{Carried, LastEdge, Paths};
-use crate::math::Rgb;
+use super::Paths;
+use super::emission::LastEdges;
+use crate::emitter::Receivers;
 use crate::math::real::{Columns, Lanes, Real, Uint};
 use crate::math::vector::Vec3;
+use crate::ray::RayEnds;
 use crate::sampler::PathKeys;
 
 /// Of each path: throughput, eta, density of the last edge, and as bits the edges with flags, the slot of the sample, both
@@ -64,23 +66,11 @@ impl State {
         self.0.push(row);
     }
 
-    /// The slot of a path's sample, and what the path carries from the camera's first surface on.
-    pub(super) fn get(&self, path: usize) -> (usize, Option<Carried>) {
-        let [x, y, z, eta, pdf, bits, slot, ..] = self.0.row(path);
-        let bits = bits.to_bits();
-        let edge = if bits & CHOSEN == 0 {
-            LastEdge::Forced
-        } else {
-            LastEdge::Chosen { pdf, transmits: bits & TRANSMITS != 0 }
-        };
-        let carried = Carried {
-            throughput: Rgb::new(x, y, z),
-            eta,
-            edge,
-            edges: bits / EDGE + 1,
-            unscattered: bits & UNSCATTERED != 0,
-        };
-        (slot.to_bits() as usize, (bits / EDGE > 0).then_some(carried))
+    /// The slot of a path's sample, whether it comes from the camera, and whether it has met nothing that it did not pass
+    /// straight through.
+    pub(super) fn whence(&self, path: usize) -> (usize, bool, bool) {
+        let [.., bits, slot, _, _, _] = self.0.row(path).map(f32::to_bits);
+        (slot as usize, bits / EDGE == 0, bits & UNSCATTERED != 0)
     }
 
     #[inline(always)]
@@ -114,6 +104,23 @@ impl<R: Real> StateLanes<R> {
     #[inline(always)]
     pub(super) fn begins(&self) -> R::Mask {
         (self.bits & !(EDGE - 1)).eq(0)
+    }
+
+    /// Whether a lane's path has met nothing that it did not pass straight through.
+    #[inline(always)]
+    pub(super) fn is_unscattered(&self, i: usize) -> bool {
+        self.bits.lane(i) & UNSCATTERED != 0
+    }
+
+    /// The newest edges, which leave the surfaces `starts`.
+    #[inline(always)]
+    pub(super) fn last_edges(&self, starts: &RayEnds<R>) -> LastEdges<R> {
+        let receivers = Receivers {
+            position: starts.point,
+            normal: starts.facing_normal(),
+            both_sides: !(self.bits & TRANSMITS).eq(0),
+        };
+        LastEdges { is_forced: (self.bits & CHOSEN).eq(0), pdf: self.pdf, receivers }
     }
 
     /// Edges of a lane's path, 1 at the first surface.

@@ -154,8 +154,11 @@ pub trait Mask:
     /// What `yes` finds in lanes where the mask is set and `no` elsewhere. What no lane needs is not looked for.
     #[inline(always)]
     fn either<T: Select<Mask = Self>>(self, yes: impl FnOnce() -> T, no: impl FnOnce() -> T) -> T {
-        // Each is called in one place, so that it is compiled once.
-        match (self.any().then(yes), (!self.all()).then(no)) {
+        // Each is called in one place, so that it is compiled once; not by `bool::then`, into which it is inlined, and which
+        // is then too long to be inlined itself.
+        let yes = if self.any() { Some(yes()) } else { None };
+        let no = if self.all() { None } else { Some(no()) };
+        match (yes, no) {
             (Some(yes), Some(no)) => T::selected(self, yes, no),
             (Some(all), None) | (None, Some(all)) => all,
             (None, None) => unreachable!("there are lanes"),
