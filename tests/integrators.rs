@@ -54,14 +54,18 @@ fn path(settings: PathSettings) -> IntegratorSettings {
     IntegratorSettings::Path(settings)
 }
 
-/// Every strategy, every choice of directions, in a room of flat walls and in a round one.
+/// Every strategy, every choice of directions, in a room of flat walls and in a round one. But for shadow rays alone between
+/// flat walls: at their edges the square of cosθ cosθ'/d² has no integral, and an estimate without variance no test.
 #[test]
 fn furnace_is_as_bright_as_its_albedo_says() {
-    let checks = 2 * 2 * STRATEGIES.len() * DIRECTIONS.len();
+    let checks = 2 * (2 * STRATEGIES.len() - 1) * DIRECTIONS.len();
     for (albedo, expected) in [(0.5, 2.0), (0.8, 5.0)] {
         for (room, shape) in [("cube", closed_cube()), ("sphere", closed_sphere())] {
             let scene = furnace(shape, albedo);
             for strategy in STRATEGIES {
+                if room == "cube" && strategy == Strategy::Emitter {
+                    continue;
+                }
                 for directions in DIRECTIONS {
                     let settings =
                         path(PathSettings { strategy, directions, ..PathSettings::default() });

@@ -158,7 +158,7 @@ fn passes_do_not_change_the_film() {
     for ((x, y), radiance) in pixels.zip(film.radiance()) {
         let sum = (0..131).fold(glam::DVec3::ZERO, |sum, sample| {
             let mut numbers = PathSampler::new(numbers.as_ref(), y * 50 + x, sample);
-            let offset = filter.sample(numbers.next_2d());
+            let offset = glam::Vec2::from(filter.sample::<f32>(numbers.next_2d().into()));
             let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let position = center + offset.as_dvec2();
             let ray = description.camera.ray(position / size);
@@ -315,7 +315,7 @@ fn variance_is_that_of_single_samples() {
         let samples: Vec<_> = (0..131)
             .map(|sample| {
                 let mut numbers = PathSampler::new(numbers.as_ref(), y * 50 + x, sample);
-                let offset = filter.sample(numbers.next_2d());
+                let offset = glam::Vec2::from(filter.sample::<f32>(numbers.next_2d().into()));
                 let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let ray =
                     description.camera.ray((center + offset.as_dvec2()) / DVec2::new(50.0, 35.0));

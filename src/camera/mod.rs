@@ -12,7 +12,9 @@ use glam::{DVec2, DVec3, Vec2};
 pub use orthographic::{Orthographic, OrthographicSettings};
 pub use perspective::{Lens, Perspective, PerspectiveSettings};
 
-use crate::ray::Ray;
+use crate::math::real::Real;
+use crate::math::vector as real;
+use crate::ray::{CameraRays, Ray};
 
 /// Any camera.
 #[derive(Clone, Copy, Debug)]
@@ -66,24 +68,31 @@ impl Camera {
         matches!(self, Self::Perspective(camera) if camera.lens().is_some())
     }
 
-    /// The ray from a position on the film through the centre of the lens. In f64, since of a film of a
-    /// million pixels an f32 leaves 16 steps to each.
+    /// The rays from positions on the film, in f64, since of a film of a million pixels an f32 leaves 16 steps to each; through
+    /// a point of the lens, if there is one: uniform over its area for uniform `lens` in [0, 1)², else its centre.
+    #[inline(always)]
     #[must_use]
-    pub fn ray(&self, film: DVec2) -> Ray {
+    pub fn rays<R: Real>(
+        &self,
+        film: real::Vec2<R::Double>,
+        lens: Option<real::Vec2<R>>,
+    ) -> CameraRays<R> {
         match self {
-            Self::Perspective(camera) => camera.ray(film),
-            Self::Orthographic(camera) => camera.ray(film),
+            Self::Perspective(camera) => camera.rays(film, lens),
+            Self::Orthographic(camera) => camera.rays(film),
         }
     }
 
-    /// The ray from a position on the film through a point of the lens, if there is one: uniform over its
-    /// area for uniform `u` in [0, 1)².
+    /// One of them, through a point of the lens.
     #[must_use]
     pub fn ray_through_lens(&self, film: DVec2, u: Vec2) -> Ray {
-        match self {
-            Self::Perspective(camera) => camera.ray_through_lens(film, u),
-            Self::Orthographic(camera) => camera.ray(film),
-        }
+        self.rays::<f32>(film.into(), Some(u.into())).lane(0)
+    }
+
+    /// The same through its centre.
+    #[must_use]
+    pub fn ray(&self, film: DVec2) -> Ray {
+        self.rays::<f32>(film.into(), None).lane(0)
     }
 
     /// The same view on a film of another `aspect` (width over height, finite and above 0): what is seen

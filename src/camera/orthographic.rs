@@ -1,9 +1,11 @@
 //! The camera of plans and elevations.
 
-use glam::{DAffine3, DVec2, DVec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec3A};
 
 use super::{CameraError, check_clip, check_frame};
-use crate::ray::Ray;
+use crate::math::real::{Lanes, Real};
+use crate::math::vector as real;
+use crate::ray::CameraRays;
 
 /// A camera of parallel rays, which start on a plane.
 #[derive(Clone, Copy, Debug)]
@@ -64,19 +66,35 @@ impl Orthographic {
         Self { aspect, ..self }
     }
 
-    /// As [`super::Camera::ray`].
+    /// As [`super::Camera::rays`].
+    #[inline(always)]
     #[must_use]
-    pub fn ray(&self, film: DVec2) -> Ray {
-        let across = self.left * (1.0 - 2.0 * film.x);
-        let upwards = self.up * ((1.0 - 2.0 * film.y) / self.aspect);
-        let ray = Ray::new((self.position + across + upwards).as_vec3a(), self.direction);
-        Ray { t_min: ray.t_min.max(self.clip.0), t_max: self.clip.1, ..ray }
+    pub fn rays<R: Real>(&self, film: real::Vec2<R::Double>) -> CameraRays<R> {
+        let token = film.token();
+        let vector = |v: DVec3| real::Vec3::<R::Double>::splat(token, v.into());
+        let across = -(film.x * 2.0) + 1.0;
+        let upwards = (-(film.y * 2.0) + 1.0) / self.aspect;
+        let origin = vector(self.position) + vector(self.left) * across + vector(self.up) * upwards;
+        CameraRays {
+            origin: origin.narrow(),
+            direction: real::Vec3::splat(token, self.direction.into()),
+            t_min: R::splat(token, self.clip.0.max(f32::MIN_POSITIVE)),
+            t_max: R::splat(token, self.clip.1),
+            time: R::splat(token, 0.0),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec2;
+
     use super::*;
+    use crate::ray::Ray;
+
+    fn ray(camera: &Orthographic, film: DVec2) -> Ray {
+        camera.rays::<f32>(film.into()).lane(0)
+    }
 
     fn settings() -> OrthographicSettings {
         let (to_world, far_clip) = (DAffine3::IDENTITY, f32::INFINITY);
@@ -96,21 +114,21 @@ mod tests {
             (DVec2::new(1.0, 1.0), Vec3A::new(-1.0, -0.5, 0.0)),
             (DVec2::new(0.5, 0.5), Vec3A::ZERO),
         ] {
-            let ray = plain.ray(film);
+            let ray = ray(&plain, film);
             assert_eq!((ray.origin, ray.direction), (origin, Vec3A::Z));
             assert_eq!((ray.t_min, ray.t_max), (f32::MIN_POSITIVE, f32::INFINITY));
         }
         let to_world = DAffine3::from_scale(DVec3::new(2.0, 3.0, 5.0));
         let scaled =
             OrthographicSettings { to_world, near_clip: 0.5, far_clip: 10.0, ..settings() };
-        let ray = camera(&scaled).ray(DVec2::ZERO);
+        let ray = ray(&camera(&scaled), DVec2::ZERO);
         assert_eq!((ray.origin, ray.direction), (Vec3A::new(2.0, 1.5, 0.0), Vec3A::Z));
         assert_eq!((ray.t_min, ray.t_max), (2.5, 12.0));
     }
 
     #[test]
     fn another_aspect_keeps_the_width_of_the_view() {
-        let square = camera(&settings()).with_aspect(1.0).ray(DVec2::ZERO);
+        let square = ray(&camera(&settings()).with_aspect(1.0), DVec2::ZERO);
         assert_eq!(square.origin, Vec3A::new(1.0, 1.0, 0.0));
     }
 

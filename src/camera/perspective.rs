@@ -1,10 +1,12 @@
 //! The camera of photographs.
 
-use glam::{DAffine3, DVec2, DVec3, Vec2};
+use glam::{DAffine3, DVec3, Vec2};
 
 use super::{CameraError, check_clip, check_frame};
+use crate::math::real::{Double, Lanes, Real};
+use crate::math::vector as real;
 use crate::math::warp::square_to_uniform_disk;
-use crate::ray::Ray;
+use crate::ray::CameraRays;
 
 /// A camera with a pinhole, or with a thin lens, which is sharp at one distance (Potmesil and Chakravarty,
 /// "A Lens and Aperture Camera Model for Synthetic Image Generation", 1981). A point at depth d is spread
@@ -104,36 +106,41 @@ impl Perspective {
         Self { up: self.up.normalize() * (self.left.length() / aspect), ..self }
     }
 
-    /// As [`super::Camera::ray`].
+    /// As [`super::Camera::rays`].
+    #[inline(always)]
     #[must_use]
-    pub fn ray(&self, film: DVec2) -> Ray {
-        self.ray_from(self.position, self.through(film))
-    }
-
-    /// As [`super::Camera::ray_through_lens`].
-    #[must_use]
-    pub fn ray_through_lens(&self, film: DVec2, u: Vec2) -> Ray {
-        let Some(Aperture { lens, left, up }) = self.lens else {
-            return self.ray(film);
-        };
-        let p = Vec2::from(square_to_uniform_disk(u.into())).as_dvec2();
-        let shift = left * p.x + up * p.y;
-        // Meets the ray through the centre at the distance of focus.
-        self.ray_from(self.position + shift, self.through(film) - shift / lens.focus_distance)
-    }
-
-    /// From the centre of the lens to a point at distance 1 along the axis.
-    fn through(&self, film: DVec2) -> DVec3 {
-        let p = film + self.principal_point_offset.as_dvec2();
-        self.left * (1.0 - 2.0 * p.x) + self.up * (1.0 - 2.0 * p.y) + self.forward
-    }
-
-    fn ray_from(&self, origin: DVec3, through: DVec3) -> Ray {
+    pub fn rays<R: Real>(
+        &self,
+        film: real::Vec2<R::Double>,
+        lens: Option<real::Vec2<R>>,
+    ) -> CameraRays<R> {
+        let token = film.token();
+        let vector = |v: DVec3| real::Vec3::<R::Double>::splat(token, v.into());
+        let (left, up, forward) = (vector(self.left), vector(self.up), vector(self.forward));
+        let offset = self.principal_point_offset.as_dvec2();
+        let across = -((film.x + offset.x) * 2.0) + 1.0;
+        let upwards = -((film.y + offset.y) * 2.0) + 1.0;
+        // From the centre of the lens to a point at distance 1 along the axis.
+        let mut through = left * across + up * upwards + forward;
+        let mut origin = vector(self.position);
+        if let (Some(Aperture { lens, left, up }), Some(u)) = (self.lens, lens) {
+            let p = square_to_uniform_disk(u).widen();
+            let shift = vector(left) * p.x + vector(up) * p.y;
+            origin = origin + shift;
+            // Meets the ray through the centre at the distance of focus.
+            through = through - shift / R::Double::splat(token, lens.focus_distance);
+        }
         let length = through.length();
-        let ray = Ray::new(origin.as_vec3a(), (through / length).as_vec3a());
         // Along the axis `through` advances by 1, so along the unit direction by 1 / length.
-        let [near, far] = [self.clip.0, self.clip.1].map(|clip| (f64::from(clip) * length) as f32);
-        Ray { t_min: ray.t_min.max(near), t_max: far, ..ray }
+        let [near, far] =
+            [self.clip.0, self.clip.1].map(|clip| (length * f64::from(clip)).narrow());
+        CameraRays {
+            origin: origin.narrow(),
+            direction: (through / length).narrow(),
+            t_min: near.max(f32::MIN_POSITIVE),
+            t_max: far,
+            time: R::splat(token, 0.0),
+        }
     }
 }
 
@@ -149,10 +156,19 @@ fn check_lens(lens: Lens) -> Result<Option<Lens>, CameraError> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3A;
+    use glam::{DVec2, Vec3A};
 
     use super::super::Camera;
     use super::*;
+    use crate::ray::Ray;
+
+    fn ray(camera: &Perspective, film: DVec2) -> Ray {
+        camera.rays::<f32>(film.into(), None).lane(0)
+    }
+
+    fn through_lens(camera: &Perspective, film: DVec2, u: Vec2) -> Ray {
+        camera.rays::<f32>(film.into(), Some(u.into())).lane(0)
+    }
 
     fn settings() -> PerspectiveSettings {
         PerspectiveSettings {
@@ -175,7 +191,7 @@ mod tests {
             (DVec2::new(0.0, 0.0), Vec3A::new(1.0, 0.5, 1.0)),
             (DVec2::new(1.0, 1.0), Vec3A::new(-1.0, -0.5, 1.0)),
         ] {
-            let ray = camera.ray(film);
+            let ray = ray(&camera, film);
             assert!(ray.direction.abs_diff_eq(through.normalize(), 1e-7), "{film}");
             assert_eq!((ray.t_min, ray.t_max), (f32::MIN_POSITIVE, f32::INFINITY));
         }
@@ -185,9 +201,9 @@ mod tests {
     fn another_aspect_keeps_the_width_of_the_view() {
         let wide = Perspective::new(&settings()).expect("valid");
         let square = Perspective::new(&PerspectiveSettings { aspect: 1.0, ..settings() });
-        let expected = square.expect("valid").ray(DVec2::ZERO).direction;
-        assert!(wide.with_aspect(1.0).ray(DVec2::ZERO).direction.abs_diff_eq(expected, 1e-7));
-        assert!(!wide.ray(DVec2::ZERO).direction.abs_diff_eq(expected, 1e-3));
+        let expected = ray(&square.expect("valid"), DVec2::ZERO).direction;
+        assert!(ray(&wide.with_aspect(1.0), DVec2::ZERO).direction.abs_diff_eq(expected, 1e-7));
+        assert!(!ray(&wide, DVec2::ZERO).direction.abs_diff_eq(expected, 1e-3));
     }
 
     #[test]
@@ -196,7 +212,7 @@ mod tests {
         let camera =
             Perspective::new(&PerspectiveSettings { principal_point_offset: offset, ..settings() })
                 .expect("valid");
-        assert_eq!(camera.ray(DVec2::splat(0.5) - offset.as_dvec2()).direction, Vec3A::Z);
+        assert_eq!(ray(&camera, DVec2::splat(0.5) - offset.as_dvec2()).direction, Vec3A::Z);
     }
 
     #[test]
@@ -204,7 +220,7 @@ mod tests {
         let camera =
             Perspective::new(&PerspectiveSettings { near_clip: 2.0, far_clip: 4.0, ..settings() })
                 .expect("valid");
-        let ray = camera.ray(DVec2::ZERO);
+        let ray = ray(&camera, DVec2::ZERO);
         assert!((ray.direction.z * ray.t_min - 2.0).abs() < 1e-6);
         assert!((ray.direction.z * ray.t_max - 4.0).abs() < 1e-6);
     }
@@ -273,7 +289,7 @@ mod tests {
                 (0.1 * (depth - 5.0_f64).abs() / depth * pixels_per_unit - pixels).abs() < 1e-3
             );
             for u in rim().filter(|u| *u != Vec2::splat(0.5)) {
-                let on_lens = camera.ray_through_lens(DVec2::splat(0.5), u).origin.as_dvec3();
+                let on_lens = through_lens(&camera, DVec2::splat(0.5), u).origin.as_dvec3();
                 // The largest number below 1, and an origin in f32, are 2e-8 off.
                 assert!((on_lens.length() - 0.1).abs() < 2e-8);
                 let seen = on_lens * (1.0 - 5.0 / depth) / (5.0 * 20_f64.to_radians().tan());
@@ -281,7 +297,7 @@ mod tests {
                 let film = DVec2::new(0.5 - 0.5 * seen.x, 0.5 - seen.y);
                 let shift = (film - 0.5) * DVec2::new(256.0, 128.0);
                 assert!((shift.length() - pixels).abs() < 1e-3, "{depth}: {shift}");
-                let ray = camera.ray_through_lens(film, u);
+                let ray = through_lens(&camera, film, u);
                 let at = ray.origin.as_dvec3()
                     + ray.direction.as_dvec3() * (depth / f64::from(ray.direction.z));
                 // Directions are rounded to 6e-8.
@@ -299,7 +315,7 @@ mod tests {
         assert_eq!(closed.lens(), None);
         for u in rim() {
             let film = u.as_dvec2() * 0.7;
-            assert_eq!(closed.ray_through_lens(film, u), plain.ray(film));
+            assert_eq!(through_lens(&closed, film, u), ray(&plain, film));
         }
     }
 
@@ -311,10 +327,11 @@ mod tests {
                 let camera = with_lens(aperture_radius, focus_distance).expect("valid");
                 for u in rim() {
                     let film = u.as_dvec2();
-                    let ray = camera.ray_through_lens(film, u);
-                    let length = ray.direction.length();
-                    assert!(ray.is_traceable() && (length - 1.0).abs() < 1e-6, "{ray:?}");
-                    assert!(focus_distance < 1e30 || ray.direction == camera.ray(film).direction);
+                    let through = through_lens(&camera, film, u);
+                    let length = through.direction.length();
+                    assert!(through.is_traceable() && (length - 1.0).abs() < 1e-6, "{through:?}");
+                    let central = ray(&camera, film).direction;
+                    assert!(focus_distance < 1e30 || through.direction == central);
                 }
             }
         }

@@ -5,9 +5,9 @@
 //! 2006). No sample is shared between pixels: their noise stays uncorrelated, the estimate unbiased,
 //! and no pixel depends on the order in which threads finish.
 
-use glam::Vec2;
-
 use crate::math::discrete::ONE_MINUS_ULP;
+use crate::math::real::Real;
+use crate::math::vector::Vec2;
 use crate::property::{Bounds, Default, Given, Kind, PropertyInfo, property};
 
 /// A reconstruction filter, separable and not negative; lengths in pixels.
@@ -167,21 +167,24 @@ impl FilterSampler {
 
     /// An offset from the centre of the pixel, in pixels, for `u` in `[0, 1)²`.
     #[must_use]
-    pub fn sample(&self, u: Vec2) -> Vec2 {
+    #[inline(always)]
+    pub fn sample<R: Real>(&self, u: Vec2<R>) -> Vec2<R> {
         Vec2::new(self.profile.sample(u.x), self.profile.sample(u.y))
     }
 }
 
 impl Profile {
-    fn sample(&self, u: f32) -> f32 {
+    #[inline(always)]
+    fn sample<R: Real>(&self, u: R) -> R {
         match self {
             Self::Box => u - 0.5,
             Self::Tent { radius } => {
-                let side = if u < 0.5 { -1.0 } else { 1.0 };
+                let side = R::splat(u.token(), *radius).copysign(u - 0.5);
                 // 1 − |2u − 1| is uniform, and its square root has the density of a ramp.
-                radius * side * (1.0 - (1.0 - (2.0 * u - 1.0).abs()).sqrt())
+                let uniform = (u * 2.0 - 1.0).abs().one_minus();
+                side * uniform.sqrt().one_minus()
             }
-            Self::Tabulated(table) => table.sample(u),
+            Self::Tabulated(table) => R::from_fn(u.token(), |i| table.sample(u.lane(i))),
         }
     }
 }
@@ -278,7 +281,7 @@ mod tests {
             let sampler = FilterSampler::new(filter);
             for u in [0.0, 0.25, 0.5, ONE_MINUS_ULP] {
                 let x = sampler.sample(Vec2::new(u, u));
-                assert!(x.abs().max_element() <= radius, "{filter:?} {u}: {x}");
+                assert!(x.x.abs() <= radius && x.y.abs() <= radius, "{filter:?} {u}: {x:?}");
             }
         }
     }

@@ -3,7 +3,8 @@
 use std::fmt::Debug;
 
 use crate::math::Rgb;
-use crate::ray::Ray;
+use crate::math::real::Level;
+use crate::ray::{Ray, Rays};
 use crate::sampler::PathSampler;
 
 pub mod ambient_occlusion;
@@ -40,6 +41,28 @@ pub struct Sample<'s> {
     pub sampler: PathSampler<'s>,
 }
 
+/// Samples of one sampler, in their order.
+pub trait Samples<'s> {
+    /// The next one.
+    fn next(&mut self) -> Option<Sample<'s>>;
+
+    /// Appends rays and numbers of the next eight, or of as many as there are.
+    fn next_eight(&mut self, level: Level, rays: &mut Rays, samplers: &mut Vec<PathSampler<'s>>);
+}
+
+impl<'s, I: Iterator<Item = Sample<'s>>> Samples<'s> for I {
+    fn next(&mut self) -> Option<Sample<'s>> {
+        Iterator::next(self)
+    }
+
+    fn next_eight(&mut self, _level: Level, rays: &mut Rays, samplers: &mut Vec<PathSampler<'s>>) {
+        for Sample { ray, sampler } in self.take(8) {
+            rays.push(&ray);
+            samplers.push(sampler);
+        }
+    }
+}
+
 /// Estimates the radiance along a ray.
 pub trait Integrator: Debug + Send + Sync {
     /// One unbiased estimate f(x)/p(x) of the radiance that arrives at the origin of `ray` from its
@@ -56,7 +79,7 @@ pub trait Integrator: Debug + Send + Sync {
     fn estimates<'a, 's>(
         &self,
         tracer: &mut Tracer<'a>,
-        samples: &mut dyn Iterator<Item = Sample<'s>>,
+        samples: &mut dyn Samples<'s>,
         done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
     ) {
         one_by_one(self, tracer, samples, done);
@@ -67,10 +90,10 @@ pub trait Integrator: Debug + Send + Sync {
 fn one_by_one<'a, 's>(
     integrator: &(impl Integrator + ?Sized),
     tracer: &mut Tracer<'a>,
-    samples: &mut dyn Iterator<Item = Sample<'s>>,
+    samples: &mut dyn Samples<'s>,
     done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
 ) {
-    for Sample { ray, mut sampler } in samples {
+    while let Some(Sample { ray, mut sampler }) = samples.next() {
         done(integrator.estimate(tracer, &ray, &mut sampler), tracer);
     }
 }

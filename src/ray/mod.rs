@@ -9,7 +9,7 @@ use crate::math::vector::Vec3 as Real3;
 mod rays;
 
 pub(crate) use rays::Between;
-pub use rays::{RayLanes, Rays};
+pub use rays::{CameraRays, RayLanes, Rays};
 
 /// A segment of a half-line: the points `origin + t * direction` with `t` in `[t_min, t_max]`.
 ///

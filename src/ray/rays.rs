@@ -138,6 +138,50 @@ impl<R: Real> RayLanes<R> {
     }
 }
 
+/// A ray that leaves the camera, in each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRays<R: Real> {
+    /// See [`Ray::origin`].
+    pub origin: vector::Vec3<R>,
+    /// See [`Ray::direction`].
+    pub direction: vector::Vec3<R>,
+    /// See [`Ray::t_min`].
+    pub t_min: R,
+    /// See [`Ray::t_max`].
+    pub t_max: R,
+    /// See [`Ray::time`].
+    pub time: R,
+}
+
+impl<R: Real> CameraRays<R> {
+    /// That of one lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, i: usize) -> Ray {
+        Ray {
+            t_min: self.t_min.lane(i),
+            t_max: self.t_max.lane(i),
+            time: self.time.lane(i),
+            ..Ray::new(Vec3A::from(self.origin.lane(i)), Vec3A::from(self.direction.lane(i)))
+        }
+    }
+
+    /// What `of` makes of each.
+    #[must_use]
+    pub fn map(&self, of: impl Fn(Ray) -> Ray) -> Self {
+        let token = self.time.token();
+        let rays = R::each(|i| of(self.lane(i)));
+        let rays = rays.as_ref();
+        Self {
+            origin: vector::Vec3::from_fn(token, |i| rays[i].origin.into()),
+            direction: vector::Vec3::from_fn(token, |i| rays[i].direction.into()),
+            t_min: R::from_fn(token, |i| rays[i].t_min),
+            t_max: R::from_fn(token, |i| rays[i].t_max),
+            time: R::from_fn(token, |i| rays[i].time),
+        }
+    }
+}
+
 /// The bits of ends that exist.
 #[inline(always)]
 fn end_bits<R: Real>(ends: &RayEnds<R>) -> R::Uint {
@@ -176,6 +220,20 @@ impl Rays {
             }
             self.ends.push(ray.end.as_ref());
         }
+    }
+
+    /// At the end, those of the lanes that are set, which leave no surface.
+    #[inline(always)]
+    pub fn append_from_camera<R: Real>(&mut self, mask: R::Mask, rays: &CameraRays<R>) {
+        let CameraRays { origin: o, direction: d, t_min, t_max, time } = *rays;
+        self.numbers.append(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max, time]);
+        let token = mask.token();
+        let none = RayEnds::<R> {
+            point: vector::Vec3::splat(token, DVec3::ZERO.into()),
+            normal: vector::Vec3::splat(token, vector::Vec3::default()),
+            is_front: R::Mask::splat(token, true),
+        };
+        self.starts.append(mask, &none, R::Uint::splat(token, 0));
     }
 
     /// At the end, those of the lanes that are set.

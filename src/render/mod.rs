@@ -3,18 +3,18 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::film::picture::Picture;
 use crate::film::{Content, Film, FilterSampler, Tile};
-use crate::integrator::{self, Aov, Estimate, Integrator, RayCounts, Sample, Tracer};
+use crate::integrator::{self, Aov, Estimate, Integrator, RayCounts, Tracer};
 use crate::intersect::Intersector;
 use crate::math::Rgb;
 use crate::ray::Ray;
-use crate::sampler::{self, PathSampler, Sampler, SamplerSettings};
+use crate::sampler::{self, Sampler, SamplerSettings};
 
 mod allocation;
+mod beginning;
 pub mod description;
 pub mod effort;
 pub mod requirements;
@@ -293,40 +293,10 @@ impl<'a> Renderer<'a> {
             ids().for_each(|_| add(None, tracer));
             return;
         };
-        let mut samples = ids().map(|(_, id)| self.begin(sampler.as_ref(), id));
+        let mut samples = self.begin_all(sampler.as_ref(), ids().map(|(_, id)| id));
         integrator.estimates(tracer, &mut samples, &mut |estimate, tracer| {
             add(Some(estimate), tracer);
         });
-    }
-
-    /// The camera ray of a sample, and the numbers of the rest of its path.
-    fn begin<'s>(&self, sampler: &'s dyn Sampler, id: SampleId) -> Sample<'s> {
-        let film = &self.description.film;
-        let mut sampler = PathSampler::new(sampler, id.y * film.width + id.x, id.sample);
-        let offset = self.filter.sample(sampler.next_2d());
-        // In f64: an f32 would put what lies at the end of pixel 1000 on the next one.
-        let center = DVec2::new(f64::from(id.x) + 0.5, f64::from(id.y) + 0.5);
-        let size = DVec2::new(film.width.into(), film.height.into());
-        let film = (center + offset.as_dvec2()) / size;
-        let camera = &self.description.camera;
-        let mut ray = if camera.has_lens() {
-            camera.ray_through_lens(film, sampler.next_2d())
-        } else {
-            camera.ray(film)
-        };
-        if self.moves {
-            ray = self.at_some_time(&ray, &mut sampler);
-        }
-        Sample { ray, sampler }
-    }
-
-    /// The same ray at a moment within the shutter.
-    fn at_some_time(&self, ray: &Ray, sampler: &mut PathSampler<'_>) -> Ray {
-        let time = sampler.next_1d();
-        match &self.description.camera_motion {
-            Some(motion) => motion.carry(ray, time),
-            None => Ray { time, ..*ray },
-        }
     }
 
     /// Adds one sample to the picture; whether its value was finite. If not, it counts as black, so that the numbers of

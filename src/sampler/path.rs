@@ -22,6 +22,15 @@ impl<'a> PathSampler<'a> {
         Self { sampler, key: sampler.path(pixel, sample), dimension: 0 }
     }
 
+    /// What is left of the numbers of a lane's path.
+    #[inline(always)]
+    #[must_use]
+    pub fn resume<R: Real>(paths: &PathSamplers<'a, R>, lane: usize) -> Self {
+        let PathSamplers { sampler, keys, dimension } = *paths;
+        let key = PathKeys { high: keys.high.lane(lane), low: keys.low.lane(lane) };
+        Self { sampler, key: key.into(), dimension: dimension.lane(lane) }
+    }
+
     /// The next number, in `[0, 1)`.
     pub fn next_1d(&mut self) -> f32 {
         let dimension = self.dimension;

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod cameras;
 mod materials;
 mod pictures;
 mod samplers;

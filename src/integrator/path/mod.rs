@@ -1,7 +1,7 @@
 //! The path tracer: the single-sum path integral, one path a sample.
 
 use super::shading::Shading;
-use super::{Estimate, Integrator, Sample, Tracer, Vertex, one_by_one};
+use super::{Estimate, Integrator, Samples, Tracer, Vertex, one_by_one};
 use crate::bsdf::Flags;
 use crate::emitter::{Emitter, EmitterChoice, EmitterSamples};
 use crate::math::Rgb;
@@ -285,7 +285,7 @@ impl Integrator for Path {
     fn estimates<'a, 's>(
         &self,
         tracer: &mut Tracer<'a>,
-        samples: &mut dyn Iterator<Item = Sample<'s>>,
+        samples: &mut dyn Samples<'s>,
         done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
     ) {
         if self.settings.bsdf_samples == 1 {

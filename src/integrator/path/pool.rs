@@ -12,12 +12,12 @@ use super::shadows::Shadows;
 use super::state::{State, StateLanes};
 use super::{Path, Paths, spoil_if_nan};
 use crate::integrator::shading::Shading;
-use crate::integrator::{Estimate, Sample, Tracer, Vertex};
+use crate::integrator::{Estimate, Samples, Tracer, Vertex};
 use crate::math::Rgb;
 use crate::math::real::{Lanes, Mask, Real, Simd, Task, f32x8};
 use crate::math::vector::Vec3;
 use crate::ray::{Hit, Ray, Rays};
-use crate::sampler::{PathSamplers, Sampler};
+use crate::sampler::{PathSampler, PathSamplers, Sampler};
 use crate::shape::{Arrivals, Interaction};
 
 /// Paths in a pool: enough that few packets of rays are not full, and few enough for a core's own cache.
@@ -43,6 +43,8 @@ pub(super) struct Pool<'p, 't, 'a, 's> {
     tracer: &'t mut Tracer<'a>,
     /// That of all samples.
     sampler: Option<&'s dyn Sampler>,
+    /// Numbers of samples that begin.
+    begun: Vec<PathSampler<'s>>,
     now: Wave,
     next: Wave,
     hits: Vec<Option<Hit>>,
@@ -61,7 +63,7 @@ struct Wave {
 /// [`Pool::run`] at some level.
 struct Run<'r, 'p, 't, 'a, 's> {
     pool: Pool<'p, 't, 'a, 's>,
-    samples: &'r mut dyn Iterator<Item = Sample<'s>>,
+    samples: &'r mut dyn Samples<'s>,
     done: &'r mut dyn FnMut(Estimate, &mut Tracer<'a>),
 }
 
@@ -97,6 +99,7 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
             integrator,
             tracer,
             sampler: None,
+            begun: Vec::new(),
             now: Wave::default(),
             next: Wave::default(),
             hits: Vec::with_capacity(PATHS),
@@ -109,22 +112,25 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
     /// Follows the path of each sample and hands on what it finds.
     pub(super) fn run(
         self,
-        samples: &mut dyn Iterator<Item = Sample<'s>>,
+        samples: &mut dyn Samples<'s>,
         done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
     ) {
         self.tracer.level().run(Run { pool: self, samples, done });
     }
 
-    /// Begins new paths where there is room.
-    fn fill(&mut self, samples: &mut dyn Iterator<Item = Sample<'s>>) {
-        let Self { sampler: of_all, now, finished, .. } = self;
-        while now.rays.len() < PATHS && finished.has_room() {
-            let Some(Sample { ray, sampler }) = samples.next() else { return };
-            let (sampler, key, dimension) = sampler.parts();
-            let first = *of_all.get_or_insert(sampler);
-            debug_assert!(ptr::addr_eq(first, sampler), "all samples have one sampler");
-            now.rays.push(&ray);
-            now.paths.begin(finished.begin(), key, dimension);
+    /// Begins new paths where there is room for eight.
+    fn fill(&mut self, samples: &mut dyn Samples<'s>) {
+        let Self { sampler: of_all, tracer, now, begun, finished, .. } = self;
+        while now.rays.len() + LANES <= PATHS && finished.has_room() {
+            samples.next_eight(tracer.level(), &mut now.rays, begun);
+            if begun.is_empty() {
+                return;
+            }
+            for (sampler, key, dimension) in begun.drain(..).map(|sampler| sampler.parts()) {
+                let first = *of_all.get_or_insert(sampler);
+                debug_assert!(ptr::addr_eq(first, sampler), "all samples have one sampler");
+                now.paths.begin(finished.begin(), key, dimension);
+            }
         }
     }
 
@@ -321,8 +327,9 @@ impl Finished {
         Self { slots: Vec::new(), handed_on: 0, begun: 0 }
     }
 
+    /// Whether eight more can begin.
     fn has_room(&self) -> bool {
-        self.begun - self.handed_on < WAITING as u64
+        self.begun - self.handed_on + LANES as u64 <= WAITING as u64
     }
 
     /// The place of the next sample.
