@@ -21,8 +21,8 @@ impl Bar {
         Self(bar)
     }
 
-    pub(super) fn update(&self, progress: Progress) {
-        let Progress { samples_done, samples_total, rays } = progress;
+    pub(super) fn update(&self, progress: &Progress<'_>) {
+        let Progress { samples_done, samples_total, rays, .. } = *progress;
         self.show(samples_done, samples_total, |elapsed| {
             let [samples, rays] =
                 [samples_done, rays].map(|count| millions_per_second(count, elapsed));

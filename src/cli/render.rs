@@ -174,7 +174,7 @@ impl Arguments {
         let cancel = interrupt::watch()?;
         let bar = Bar::new(self.quiet);
         let (film, statistics) =
-            render(&description, engine.as_ref(), &|progress| bar.update(progress), &cancel);
+            render(&description, engine.as_ref(), &|progress| bar.update(&progress), &cancel);
         bar.finish();
         let metadata = Metadata {
             scene: self.input.scene.display().to_string(),
