@@ -66,19 +66,19 @@ impl Browser {
             exceptions: Vec::new(),
             _profile: profile,
         };
-        let target = browser.ask("Target.createTarget", json!({ "url": "about:blank" }));
+        let target = browser.ask("Target.createTarget", &json!({ "url": "about:blank" }));
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
-        let attached = browser.ask("Target.attachToTarget", attach);
+        let attached = browser.ask("Target.attachToTarget", &attach);
         browser.session = attached["sessionId"].as_str().map(str::to_owned);
         for domain in ["Network", "Runtime", "Page"] {
-            browser.ask(&format!("{domain}.enable"), json!({}));
+            browser.ask(&format!("{domain}.enable"), &json!({}));
         }
         browser.size(1280, 800);
-        browser.ask("Page.navigate", json!({ "url": address }));
+        browser.ask("Page.navigate", &json!({ "url": address }));
         browser
     }
 
-    fn ask(&mut self, method: &str, parameters: Value) -> Value {
+    fn ask(&mut self, method: &str, parameters: &Value) -> Value {
         self.asked += 1;
         let mut question = json!({ "id": self.asked, "method": method, "params": parameters });
         if let Some(session) = &self.session {
@@ -109,12 +109,12 @@ impl Browser {
     fn size(&mut self, width: u32, height: u32) {
         let metrics =
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
-        self.ask("Emulation.setDeviceMetricsOverride", metrics);
+        self.ask("Emulation.setDeviceMetricsOverride", &metrics);
     }
 
     fn evaluate(&mut self, expression: &str) -> Value {
         let parameters = json!({ "expression": expression, "returnByValue": true });
-        let result = self.ask("Runtime.evaluate", parameters);
+        let result = self.ask("Runtime.evaluate", &parameters);
         assert!(result["exceptionDetails"].is_null(), "{expression}: {result}");
         result["result"]["value"].clone()
     }
@@ -132,7 +132,7 @@ impl Browser {
 
     fn point_at(&mut self, x: u32, y: u32) {
         let event = json!({ "type": "mouseMoved", "x": x, "y": y });
-        self.ask("Input.dispatchMouseEvent", event);
+        self.ask("Input.dispatchMouseEvent", &event);
     }
 
     /// Bytes of the canvas, four for each pixel.
@@ -145,7 +145,7 @@ impl Browser {
     }
 
     fn screenshot(&mut self, name: &str) {
-        let shot = self.ask("Page.captureScreenshot", json!({}));
+        let shot = self.ask("Page.captureScreenshot", &json!({}));
         let bytes = BASE64_STANDARD.decode(shot["data"].as_str().expect("text")).expect("base 64");
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
         fs::write(folder.join(name), bytes).expect("writable");
@@ -174,7 +174,7 @@ fn the_page_shows_what_is_rendered() {
     browser.wait_until("!document.getElementById('loupe').hidden");
     let values = browser.evaluate(LOUPE);
     let values = values.as_str().expect("text");
-    assert!(values.starts_with("x 318  y ") && values.contains("\nR ") && values.contains("\nB "));
+    assert!(values.starts_with("pixel 321,") && values.contains("\nR ") && values.contains("\nB "));
     browser.screenshot("live-1280.png");
     // Nothing of the page is out of sight, however narrow the screen.
     for (width, height) in [(1280, 800), (390, 844), (320, 568), (844, 390)] {

@@ -27,7 +27,9 @@ struct Head<'a> {
     /// To ask with the next time.
     version: u64,
     scene: &'a str,
-    /// Of the crop.
+    /// The crop, on the whole film.
+    x: u32,
+    y: u32,
     width: u32,
     height: u32,
     layers: Vec<Layer<'a>>,
@@ -85,6 +87,8 @@ impl Answer {
         let head = Head {
             version,
             scene: &shared.scene,
+            x: crop.x,
+            y: crop.y,
             width: crop.width,
             height: crop.height,
             layers: layers.into_iter().map(|(layer, _)| layer).collect(),
