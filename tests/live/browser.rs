@@ -162,6 +162,7 @@ fn the_page_shows_what_is_rendered() {
     let Served { child, host, path, rest } = serve(&folder, arguments);
     let address = format!("http://{host}{path}");
     let mut browser = Browser::open(&address);
+    browser.wait_until("document.getElementById('zoom') !== null");
     browser.wait_until("parseFloat(document.getElementById('samples').textContent) >= 16");
     browser.wait_until("/^[0-9]/.test(document.getElementById('error').textContent)");
     assert_eq!(browser.text("scene"), "scene.xml");
