@@ -5,7 +5,8 @@
 # Of what is there it takes away nothing but an older Rust of apt's, and says so before.
 #
 # With --peers it also makes what `cargo test --features peers` compares with: tests/peers/venv, a
-# Python environment with the engine and the renderer that tests/peers/requirements.txt pins.
+# Python environment with the engine and the renderer that tests/peers/requirements.txt pins. It
+# installs Chromium for the test of the page that shows a render.
 set -eu
 
 packages='ca-certificates gcc libc6-dev libclang-dev libembree-dev'
@@ -14,7 +15,7 @@ case "$*" in
 '') ;;
 --peers)
     peers=yes
-    packages="$packages python3-venv"
+    packages="$packages chromium python3-venv"
     ;;
 *)
     echo "usage: setup.sh [--peers]" >&2

@@ -206,7 +206,7 @@ fn cancelling_keeps_whole_pixels() {
     let pixels = 50 * 35;
     for after in [1, 2 * pixels + 1] {
         let cancel = AtomicBool::new(false);
-        let on_progress = |progress: telamon::render::Progress| {
+        let on_progress = |progress: telamon::render::Progress<'_>| {
             cancel.fetch_or(progress.samples_done >= after, Ordering::Relaxed);
         };
         let (film, statistics) =

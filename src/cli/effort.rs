@@ -88,7 +88,7 @@ impl Options {
     /// Puts options in the place of the scene's own settings.
     pub(super) fn adjust(&self, description: &mut Description) -> Result<(), NoPicture> {
         let Self { spp, time, error, noise_level, adaptive } = *self;
-        description.effort = Effort { time, error, noise_level, adaptive };
+        description.effort = Effort { time, error, noise_level, adaptive, coarse_first: false };
         let default = match (time, description.effort.needs_error()) {
             (Some(_), _) => MOST_IN_TIME,
             (None, true) => MOST,

@@ -19,6 +19,7 @@ mod effort;
 mod excerpt;
 mod inspect;
 mod interrupt;
+mod live;
 mod machine;
 mod man;
 mod measure;

@@ -5,8 +5,8 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use telamon::render::Progress;
 
-/// Shows how far a long command has come, if standard error is a terminal.
-#[derive(Debug)]
+/// Shows how far a long command has come, if standard error is a terminal. Copies are the same bar.
+#[derive(Clone, Debug)]
 pub(super) struct Bar(ProgressBar);
 
 impl Bar {
@@ -21,8 +21,8 @@ impl Bar {
         Self(bar)
     }
 
-    pub(super) fn update(&self, progress: Progress) {
-        let Progress { samples_done, samples_total, rays } = progress;
+    pub(super) fn update(&self, progress: &Progress<'_>) {
+        let Progress { samples_done, samples_total, rays, .. } = *progress;
         self.show(samples_done, samples_total, |elapsed| {
             let [samples, rays] =
                 [samples_done, rays].map(|count| millions_per_second(count, elapsed));
@@ -35,6 +35,11 @@ impl Bar {
         self.0.set_length(total);
         self.0.set_position(done);
         self.0.set_message(message(self.0.elapsed()));
+    }
+
+    /// Makes room for what `say` writes to standard error.
+    pub(super) fn suspend(&self, say: impl FnOnce()) {
+        self.0.suspend(say);
     }
 
     pub(super) fn finish(&self) {

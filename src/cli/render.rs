@@ -9,9 +9,12 @@ use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
 use telamon::film::{AovKind, AovLayer, Crop};
 use telamon::intersect;
-use telamon::render::{Description, Ended, MOST_THREADS, SampleId, Statistics, render};
+use telamon::render::{
+    Description, Ended, MOST_THREADS, Preview, Progress, SampleId, Statistics, render,
+};
 use telamon::sampler::SamplerKind;
 
+use super::live::{Live, Viewer, Waiting};
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
 use super::values::{self, Output, Size};
@@ -64,7 +67,21 @@ pub(super) struct Arguments {
     )]
     variance: bool,
 
-    /// Say nothing but warnings and errors
+    /// Show the picture while it is rendered: in tev, or on a page of this machine for a browser; may be
+    /// repeated
+    #[arg(
+        long,
+        value_name = "VIEWER",
+        help_heading = "Output",
+        long_help = "Show the picture while it is rendered; may be repeated. `tev` or `tev:HOST:PORT` sends it to \
+                     the viewer tev, by default at 127.0.0.1:14158; it may be started later, and again. `web` or \
+                     `web:PORT` serves a page on 127.0.0.1 for a browser; its address, which nobody can guess, is \
+                     said at the beginning. The page stays when the render has ended. A viewer changes nothing of \
+                     the picture, and none can hold the render up."
+    )]
+    live: Vec<Viewer>,
+
+    /// Say nothing but warnings and errors, and where `--live web` is
     #[arg(short, long, help_heading = "Output")]
     quiet: bool,
 
@@ -135,11 +152,14 @@ impl Arguments {
         if self.variance && outputs.iter().all(|o| o.format != FileFormat::Exr) {
             warn("`--variance` changes nothing: it is for EXR files, and none is asked for");
         }
+        let viewers = Waiting::open(&self.live)?;
         // 0 stands for one thread a processor.
         let threads = usize::from(self.threads.unwrap_or(0));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let finished = pool.install(|| self.load_and_render(&outputs))?;
-        self.conclude(&finished, &outputs)
+        let (finished, mut live) = pool.install(|| self.load_and_render(&outputs, viewers))?;
+        let ending = self.conclude(&finished, &outputs);
+        live.close();
+        ending
     }
 
     fn outputs(&self) -> Vec<Output> {
@@ -151,13 +171,21 @@ impl Arguments {
         vec![Output { path: with_exr(path), format: FileFormat::Exr }]
     }
 
-    fn load_and_render(&self, outputs: &[Output]) -> Result<Finished, Failure> {
+    fn load_and_render(
+        &self,
+        outputs: &[Output],
+        viewers: Waiting,
+    ) -> Result<(Finished, Live), Failure> {
         let accel = self.input.accel();
         let start = Instant::now();
         let limits = self.input.resources.limits();
         let mut description = self.input.load(&limits)?.description;
         self.adjust(&mut description)?;
         limits.claim(telamon::render::bytes(&description))?;
+        if !viewers.is_empty() {
+            description.effort.coarse_first = true;
+            limits.claim(Preview::bytes(&description))?;
+        }
         let layers_alone = description.integrator.picture().is_none();
         if self.variance && layers_alone {
             warn("`--variance` changes nothing: the scene makes layers alone");
@@ -173,8 +201,15 @@ impl Arguments {
 
         let cancel = interrupt::watch()?;
         let bar = Bar::new(self.quiet);
-        let (film, statistics) =
-            render(&description, engine.as_ref(), &|progress| bar.update(progress), &cancel);
+        let beside = bar.clone();
+        let warn = move |text: String| beside.suspend(|| warn(text));
+        let live = viewers.start(&description, self.input.scene.display().to_string(), warn)?;
+        let on_progress = |progress: Progress<'_>| {
+            live.update(&progress);
+            bar.update(&progress);
+        };
+        let (film, statistics) = render(&description, engine.as_ref(), &on_progress, &cancel);
+        live.end(&statistics);
         bar.finish();
         let metadata = Metadata {
             scene: self.input.scene.display().to_string(),
@@ -188,13 +223,14 @@ impl Arguments {
             rel_mse: statistics.errors.map(|e| e.rel_mse),
             noise_level: statistics.errors.map(|e| e.noise_level),
         };
-        Ok(Finished {
+        let finished = Finished {
             picture: Picture::from_film(&film),
             metadata,
             statistics,
             asked: description.sampler.samples_per_pixel,
             threads: rayon::current_num_threads(),
-        })
+        };
+        Ok((finished, live))
     }
 
     /// Puts options in the place of the scene's own settings.

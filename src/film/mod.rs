@@ -21,7 +21,7 @@ pub use settings::{ComponentFormat, Crop, FilmSettings};
 pub use tile::Tile;
 
 /// Side of a tile in pixels.
-const TILE: u32 = 16;
+pub(crate) const TILE: u32 = 16;
 
 /// Sums of samples, per pixel and tile by tile, so that threads never share one.
 #[derive(Debug)]

@@ -130,19 +130,27 @@ impl Tile {
         self.samples[cell] += 1;
     }
 
-    pub(super) fn radiance(&self, pixel: usize) -> DVec3 {
+    /// Mean radiance of a pixel; 0 where there is no sample.
+    #[must_use]
+    pub fn radiance(&self, pixel: usize) -> DVec3 {
         self.mean(pixel, |cell| self.picture[cell].radiance)
     }
 
-    pub(super) fn alpha(&self, pixel: usize) -> f64 {
+    /// Mean alpha of a pixel likewise.
+    #[must_use]
+    pub fn alpha(&self, pixel: usize) -> f64 {
         self.mean(pixel, |cell| self.picture[cell].alpha)
     }
 
-    pub(super) fn number(&self, pixel: usize, component: usize) -> f64 {
+    /// Mean of a pixel's component number `component`, counted over all layers that are averaged.
+    #[must_use]
+    pub fn number(&self, pixel: usize, component: usize) -> f64 {
         self.mean(pixel, |cell| self.numbers[cell * self.numbers_per_cell + component])
     }
 
-    pub(super) fn index(&self, pixel: usize, layer: usize) -> u32 {
+    /// A pixel's value of layer number `layer`, counted over those that are not averaged.
+    #[must_use]
+    pub fn index(&self, pixel: usize, layer: usize) -> u32 {
         self.indices[pixel * self.indices_per_pixel + layer]
     }
 

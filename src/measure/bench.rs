@@ -147,7 +147,7 @@ impl<'a> Bench<'a> {
         &mut self,
         setting: &Setting,
         seed: u64,
-        on_progress: &(dyn Fn(Progress) + Sync),
+        on_progress: &(dyn Fn(Progress<'_>) + Sync),
         cancel: &AtomicBool,
     ) -> Option<Rendered> {
         setting.apply(&mut self.description, seed);
@@ -209,7 +209,7 @@ pub fn render_reference(
     let mut sums: Vec<(DVec3, DVec3)> = Vec::new();
     let mut image = None;
     for k in 0..REFERENCE_PARTS {
-        let progress = |p: Progress| {
+        let progress = |p: Progress<'_>| {
             let done = p.samples_done as f64 / p.samples_total as f64;
             on_progress((f64::from(k) + done) / f64::from(REFERENCE_PARTS));
         };

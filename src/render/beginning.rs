@@ -1,6 +1,7 @@
 //! The beginnings of paths: rays from the camera, and the numbers of the rest.
 
-use super::{Renderer, SampleId};
+use super::SampleId;
+use super::tiles::Renderer;
 use crate::integrator::{Sample, Samples};
 use crate::math::real::{Lanes, Level, Real, Simd, Task, f32x8};
 use crate::math::vector::Vec2;

@@ -1,9 +1,9 @@
-//! What ends a render early.
+//! What ends a render early, and which samples come first.
 
 use std::time::Duration;
 
 /// What ends a render before it has all samples that its sampler is told to take, and where they
-/// go. Scene files have no properties for it.
+/// go and come first. Scene files have no properties for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
     /// Time to render in. The first sample of each pixel is always taken, and every pass finished.
@@ -16,6 +16,9 @@ pub struct Effort {
     pub noise_level: Option<f64>,
     /// Whether noisy parts of the picture get more samples than others, at the same number on average.
     pub adaptive: bool,
+    /// Whether one pixel in each square of 8x8 gets its first sample before all the others: who watches a large
+    /// film sees the whole of it soon. The picture is the same, and the first pass takes a little longer.
+    pub coarse_first: bool,
 }
 
 impl Effort {

@@ -120,6 +120,11 @@ impl Schedule {
         total
     }
 
+    /// What was seen at the last look.
+    pub(super) fn errors(&self) -> Option<Errors> {
+        self.last_look.map(|(_, errors)| errors)
+    }
+
     /// Time since the beginning.
     pub(super) fn elapsed(&self) -> Duration {
         self.start.elapsed()

@@ -26,6 +26,12 @@ fn bad_usage_ends_with_2() {
         ("render scene.xml --noise-level x", "expected a number above 0"),
         ("render scene.xml --threads 0", "0 is not in 1..=1024"),
         ("render scene.xml --seed -1", "unexpected argument '-1'"),
+        ("render scene.xml --live vnc", "expected tev, tev:HOST:PORT, web or web:PORT"),
+        (
+            "render scene.xml --live tev:farm",
+            "expected a host and a port, such as tev:127.0.0.1:14158",
+        ),
+        ("render scene.xml --live web:0", "expected a port from 1 to 65535, such as web:8080"),
         ("render scene.xml --exposure NaN", "expected a number from -149 to 127"),
         ("render scene.xml --backend gpu", "[possible values: "),
         ("completions tcl", "[possible values: bash"),
@@ -107,6 +113,7 @@ fn help_mentions_every_option() {
         "--noise-level <LEVEL>",
         "--adaptive",
         "--clamp <RADIANCE>",
+        "--live <VIEWER>",
         "-q, --quiet",
     ];
     let help = folder.succeed("render --help").stdout;
