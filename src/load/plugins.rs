@@ -21,6 +21,7 @@ use crate::texture::Texture;
 static PLUGINS: &[&Plugin] = &[
     &shape::OBJ,
     &shape::PLY,
+    &shape::STL,
     &shape::SERIALIZED,
     &shape::RECTANGLE,
     &shape::CUBE,

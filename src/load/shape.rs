@@ -7,8 +7,11 @@ use glam::{DAffine3, DMat3, DVec3, Vec3A};
 
 use super::mesh::{
     LoadedMesh, MeshFileError, MeshOptions, MeshProblem, load_obj, load_ply, load_serialized,
+    load_stl,
 };
 use super::mesh_file::MeshFile;
+use super::mtl::Surface;
+use super::obj_materials;
 use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
@@ -26,12 +29,14 @@ pub(super) struct BuiltShape {
     pub(super) mesh: Option<Arc<TriangleMesh>>,
     pub(super) dropped: Dropped,
     pub(super) file: Option<MeshFile>,
+    /// What its file says that it is made of, with the name of that.
+    pub(super) surface: Option<(String, Surface)>,
 }
 
 impl BuiltShape {
     /// A shape that is no mesh.
     pub(super) fn new(shape: Arc<dyn Shape>) -> Self {
-        Self { shape, mesh: None, dropped: Dropped::default(), file: None }
+        Self { shape, mesh: None, dropped: Dropped::default(), file: None, surface: None }
     }
 
     /// A mesh that is whole.
@@ -59,13 +64,21 @@ const FACE_NORMALS: PropertyInfo = property(
     "shade with the normals of the faces, not of the vertices",
 );
 
+const MAX_SMOOTH_ANGLE: PropertyInfo = property(
+    "max_smooth_angle",
+    Kind::Float(Bounds::NotNegative),
+    Default::Absent("the file's normals"),
+    "make new vertex normals: edges where faces turn by more than so many degrees are creases",
+);
+
 /// The properties of a mesh file: what `filename` names, and whether v = 0 is the upper edge of a texture.
-const fn mesh_file(filename: &'static str, flip_tex_coords: bool) -> [PropertyInfo; 5] {
+const fn mesh_file(filename: &'static str, flip_tex_coords: bool) -> [PropertyInfo; 6] {
     [
         property("filename", Kind::File, Default::Required, filename),
         TO_WORLD,
         FLIP_NORMALS,
         FACE_NORMALS,
+        MAX_SMOOTH_ANGLE,
         property(
             "flip_tex_coords",
             Kind::Boolean,
@@ -89,6 +102,19 @@ pub(super) static PLY: Plugin = Plugin {
     properties: &const { mesh_file("the mesh; may be compressed (.gz)", false) },
     parts: PARTS,
     build: Build::Shape(|object| from_file(object, load_ply)),
+};
+
+pub(super) static STL: Plugin = Plugin {
+    name: "stl",
+    help: "A mesh in the format of 3D printers, text or binary (not in Mitsuba).",
+    properties: &[
+        property("filename", Kind::File, Default::Required, "the mesh; may be compressed (.gz)"),
+        TO_WORLD,
+        FLIP_NORMALS,
+        MAX_SMOOTH_ANGLE,
+    ],
+    parts: PARTS,
+    build: Build::Shape(|object| from_file(object, load_stl)),
 };
 
 pub(super) static SERIALIZED: Plugin = Plugin {
@@ -227,36 +253,72 @@ fn serialized(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     from_file(object, |path, options| load_serialized(path, index, options))
 }
 
+/// The shapes that an object describes: one, or one for each material of an OBJ file if the object has none.
+///
+/// # Errors
+/// As [`build`], and what is wrong with the materials.
+pub(super) fn build_all(object: &Object<'_>) -> Result<Vec<BuiltShape>, Issue> {
+    let is_obj = std::ptr::eq(object.plugin(), &raw const OBJ);
+    let is_bare = [Category::Bsdf, Category::Emitter]
+        .into_iter()
+        .all(|category| object.parts(category).next().is_none());
+    if is_obj && is_bare {
+        return obj_materials::build(object);
+    }
+    build(object).map(|built| vec![built])
+}
+
 fn from_file(
     object: &Object<'_>,
     load: impl FnOnce(&Path, &MeshOptions) -> Result<LoadedMesh, MeshFileError>,
 ) -> Result<BuiltShape, Issue> {
     let path = object.file("filename")?;
-    let turns_uvs = object.plugin().property("flip_tex_coords").is_some();
-    let options = MeshOptions {
+    let loaded = load(&path, &mesh_options(object)?).map_err(|e| file_issue(object, &e))?;
+    from_loaded(object, &path, loaded)
+}
+
+/// What an object says of how its file is to be read.
+pub(super) fn mesh_options(object: &Object<'_>) -> Result<MeshOptions, Issue> {
+    let has = |name| object.plugin().property(name).is_some();
+    let face_normals = has("face_normals") && object.boolean("face_normals");
+    if face_normals {
+        object.refuse(&["max_smooth_angle"], "beside `face_normals`")?;
+    }
+    Ok(MeshOptions {
         to_world: object.transform("to_world"),
-        face_normals: object.boolean("face_normals"),
+        face_normals,
+        max_smooth_angle: object.number("max_smooth_angle"),
         flip_normals: object.boolean("flip_normals"),
-        flip_tex_coords: turns_uvs && object.boolean("flip_tex_coords"),
+        flip_tex_coords: has("flip_tex_coords") && object.boolean("flip_tex_coords"),
         limits: object.limits().clone(),
-    };
-    let loaded = load(&path, &options).map_err(|error| {
-        let issue = Issue::new(object.place_of("filename"), error.to_string());
-        if let MeshProblem::Unpacked { .. } = error.problem() {
-            return issue.with_help("`--max-unpacked` raises the limit");
-        }
-        match (error.source_line(), error.column()) {
-            (Some(line), Some(_)) => issue.with_help(format!("the line is `{line}`")),
-            _ => issue,
-        }
-    })?;
+    })
+}
+
+/// What is wrong with the file of an object.
+pub(super) fn file_issue(object: &Object<'_>, error: &MeshFileError) -> Issue {
+    let issue = Issue::new(object.place_of("filename"), error.to_string());
+    if let MeshProblem::Unpacked { .. } = error.problem() {
+        return issue.with_help("`--max-unpacked` raises the limit");
+    }
+    match (error.source_line(), error.column()) {
+        (Some(line), Some(_)) => issue.with_help(format!("the line is `{line}`")),
+        _ => issue,
+    }
+}
+
+/// The shape of a mesh out of the file at `path`; says what was left out of it.
+pub(super) fn from_loaded(
+    object: &Object<'_>,
+    path: &Path,
+    loaded: LoadedMesh,
+) -> Result<BuiltShape, Issue> {
     for (message, help) in loaded.remarks.warnings() {
         let message = format!("{}: {message}", path.display());
         let issue = Issue::new(object.place_of("filename"), message);
         object.warn(issue.with_help(help).once());
     }
     let has_uvs = !loaded.mesh.uvs().is_empty();
-    let file = Some(MeshFile { path, remarks: loaded.remarks, has_uvs });
+    let file = Some(MeshFile { path: path.to_owned(), remarks: loaded.remarks, has_uvs });
     Ok(BuiltShape { file, ..from_mesh(object, loaded.mesh, loaded.dropped)? })
 }
 
