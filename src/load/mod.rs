@@ -29,6 +29,7 @@ mod indices;
 mod integrator;
 pub mod mesh;
 mod mesh_file;
+mod mesh_shape;
 mod metals;
 mod mtl;
 mod nori;

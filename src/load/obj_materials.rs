@@ -1,12 +1,15 @@
 //! The materials of an OBJ file, where a scene gives its shape none.
 
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::mesh::{LoadedMesh, ObjMaterials, load_obj, load_obj_by_material};
+use super::mesh::{LoadedMesh, Materials, ObjMaterials, load_obj, load_obj_by_material};
+use super::mesh_shape;
 use super::mtl::{self, Library, Mtl};
 use super::problem::Issue;
 use super::properties::Object;
-use super::shape::{self, BuiltShape};
+use super::shape::BuiltShape;
+use crate::math::Aabb;
 use crate::memory::Limits;
 use crate::property::named::quoted;
 use crate::shape::Shape;
@@ -45,7 +48,12 @@ pub(crate) struct Overview {
 
 impl Overview {
     /// That of an OBJ file with these names. What is wrong with its libraries is said by whoever loads the scene.
-    pub(crate) fn of(path: &Path, libraries: &[String], used: &[&str], limits: &Limits) -> Self {
+    pub(crate) fn of(
+        path: &Path,
+        libraries: &[String],
+        used: &HashSet<&str>,
+        limits: &Limits,
+    ) -> Self {
         let libraries = library_files(path, libraries);
         let mut overview = Self::default();
         for library in libraries.iter().map(|path| Library::read(path, limits)) {
@@ -53,7 +61,7 @@ impl Overview {
                 overview.any = true;
                 continue;
             };
-            for mtl in library.materials.iter().filter(|m| used.contains(&m.name.as_str())) {
+            for mtl in library.materials.iter().filter(|m| used.contains(m.name.as_str())) {
                 overview.any = true;
                 overview.emits |= mtl.emission.is_some_and(|e| e.max_element() > 0.0);
             }
@@ -65,37 +73,39 @@ impl Overview {
 /// A shape for each material of an OBJ file.
 pub(super) fn build(object: &Object<'_>) -> Result<Vec<BuiltShape>, Issue> {
     let path = object.file("filename")?;
-    let options = shape::mesh_options(object)?;
+    let options = mesh_shape::mesh_options(object)?;
     let issue = |message: String| Issue::new(object.place_of("filename"), message);
     let whole = || {
-        let loaded = load_obj(&path, &options).map_err(|e| shape::file_issue(object, &e))?;
-        Ok(vec![shape::from_loaded(object, &path, loaded)?])
+        let loaded = load_obj(&path, &options).map_err(|e| mesh_shape::file_issue(object, &e))?;
+        Ok(vec![mesh_shape::from_loaded(object, &path, loaded)?])
     };
-    let ObjMaterials { libraries, meshes } =
-        load_obj_by_material(&path, &options).map_err(|error| shape::file_issue(object, &error))?;
+    let ObjMaterials { libraries, meshes } = load_obj_by_material(&path, &options)
+        .map_err(|error| mesh_shape::file_issue(object, &error))?;
     let files = library_files(&path, &libraries);
     let libraries = files.iter().map(|file| Library::read(file, object.limits()));
     let libraries = libraries.collect::<Result<Vec<_>, _>>().map_err(issue)?;
-    let find = |name: &str| {
-        let in_library = |l: &'_ _| -> Option<(PathBuf, Mtl)> {
-            let Library { path, materials, .. }: &Library = l;
-            Some((path.clone(), materials.iter().find(|m| m.name == name)?.clone()))
-        };
-        libraries.iter().find_map(in_library)
-    };
-    let found: Vec<_> = meshes.iter().map(|(name, _)| name.as_deref().and_then(find)).collect();
+    let mut defined: HashMap<&str, (&Library, &Mtl)> = HashMap::new();
+    for library in &libraries {
+        for mtl in &library.materials {
+            // Of two with one name the first counts.
+            defined.entry(&mtl.name).or_insert((library, mtl));
+        }
+    }
+    let found: Vec<_> = meshes
+        .iter()
+        .map(|(name, _)| name.as_deref().and_then(|name| defined.get(name)).copied())
+        .collect();
     if found.iter().all(Option::is_none) {
         return whole();
     }
     say_what_is_left_out(object, &path, &libraries, &meshes, &found);
-    let size =
-        meshes.iter().fold(crate::math::Aabb::EMPTY, |all, (_, m)| all.union(m.mesh.bounds()));
+    let size = meshes.iter().fold(Aabb::EMPTY, |all, (_, m)| all.union(m.mesh.bounds()));
     let size = f64::from((size.max - size.min).length());
     let mut built = Vec::with_capacity(meshes.len());
     let mut lost: Option<Issue> = None;
     for ((name, loaded), mtl) in meshes.into_iter().zip(found) {
         // A material all of whose faces have no area is no reason to refuse the others.
-        let mut part = match shape::from_loaded(object, &path, loaded) {
+        let mut part = match mesh_shape::from_loaded(object, &path, loaded) {
             Ok(part) => part,
             Err(issue) => {
                 lost.get_or_insert(issue);
@@ -104,13 +114,13 @@ pub(super) fn build(object: &Object<'_>) -> Result<Vec<BuiltShape>, Issue> {
         };
         // They are used, and what is not has been said.
         if let Some(file) = &mut part.file {
-            file.remarks.materials = Default::default();
+            file.remarks.materials = Materials::default();
         }
         if let Some((library, mtl)) = mtl {
-            let folder = library.parent().unwrap_or(Path::new(""));
-            let surface = mtl::surface(&mtl, object, folder, options.flip_tex_coords, size);
+            let folder = library.path.parent().unwrap_or(Path::new(""));
+            let surface = mtl::surface(mtl, object, folder, options.flip_tex_coords, size);
             let in_material = |problem: String| {
-                issue(format!("{}: material `{}`: {problem}", library.display(), mtl.name))
+                issue(format!("{}: material `{}`: {problem}", library.path.display(), mtl.name))
             };
             part.surface = Some((name.unwrap_or_default(), surface.map_err(in_material)?));
         }
@@ -128,7 +138,7 @@ fn say_what_is_left_out(
     path: &Path,
     libraries: &[Library],
     meshes: &[(Option<String>, LoadedMesh)],
-    found: &[Option<(PathBuf, Mtl)>],
+    found: &[Option<(&Library, &Mtl)>],
 ) {
     let warn = |message: String, help: &str| {
         object.warn(Issue::new(object.place_of("filename"), message).with_help(help).once());

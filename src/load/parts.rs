@@ -12,7 +12,7 @@ use super::plugins::{Build, Category};
 use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
-use super::{bsdf, emitter, precision, shape};
+use super::{bsdf, emitter, mesh_shape, precision, shape};
 use crate::bsdf::{Bsdf, Diffuse, Needs};
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
@@ -75,7 +75,7 @@ impl Parts {
     pub(super) fn shapes(&mut self, shapes: &[Object<'_>], notes: &mut Notes) -> Vec<SceneObject> {
         let by_itself = |object: &Object<'_>| match object.plugin().build {
             Build::Group | Build::Instance => None,
-            _ => Some(shape::build_all(object)),
+            _ => Some(mesh_shape::build_all(object)),
         };
         let built: Vec<Option<Result<Vec<BuiltShape>, Issue>>> =
             shapes.par_iter().map(by_itself).collect();

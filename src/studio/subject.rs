@@ -1,5 +1,6 @@
 //! The mesh: where its vertices are, and which way is up.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
@@ -122,7 +123,7 @@ impl Read {
             return Ok(Self { meshes, materials: Overview::default() });
         }
         let ObjMaterials { libraries, meshes } = load_obj_by_material(path, options)?;
-        let used: Vec<_> = meshes.iter().filter_map(|(name, _)| name.as_deref()).collect();
+        let used: HashSet<_> = meshes.iter().filter_map(|(name, _)| name.as_deref()).collect();
         let materials = Overview::of(path, &libraries, &used, &options.limits);
         Ok(Self { meshes: meshes.into_iter().map(|(_, loaded)| loaded.mesh).collect(), materials })
     }

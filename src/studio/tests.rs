@@ -79,9 +79,9 @@ fn load(text: &str) -> Description {
 fn seen(camera: &Camera, point: DVec3) -> DVec2 {
     let ray = |x, y| {
         let ray = camera.ray(DVec2::new(x, y));
-        DVec3::from(glam::Vec3A::from(ray.direction).as_dvec3())
+        ray.direction.as_dvec3()
     };
-    let origin = glam::Vec3A::from(camera.ray(DVec2::splat(0.5)).origin).as_dvec3();
+    let origin = camera.ray(DVec2::splat(0.5)).origin.as_dvec3();
     let view = ray(0.5, 0.5);
     let flat = |d: DVec3| d / d.dot(view);
     let (across, down) =
@@ -131,9 +131,8 @@ fn the_mesh_fills_the_picture() {
                         least[axis] < MARGIN + rounding && most[axis] > 1.0 - MARGIN - rounding
                     };
                     // Wide views stay away from what is nearest.
-                    let place = glam::Vec3A::from(camera.ray(DVec2::splat(0.5)).origin).as_dvec3();
-                    let view =
-                        glam::Vec3A::from(camera.ray(DVec2::splat(0.5)).direction).as_dvec3();
+                    let place = camera.ray(DVec2::splat(0.5)).origin.as_dvec3();
+                    let view = camera.ray(DVec2::splat(0.5)).direction.as_dvec3();
                     let depths = mesh.points.iter().map(|&p| (p - place).dot(view));
                     let nearest = depths.fold(f64::INFINITY, f64::min);
                     let is_near = nearest < (NEAREST + rounding) * radius;
@@ -157,7 +156,7 @@ fn a_turntable_keeps_its_distance() {
     let mut places = Vec::new();
     for text in studio.cameras() {
         let camera = load(&text).camera;
-        let place = glam::Vec3A::from(camera.ray(DVec2::splat(0.5)).origin).as_dvec3() - center;
+        let place = camera.ray(DVec2::splat(0.5)).origin.as_dvec3() - center;
         places.push((place.y, DVec2::new(place.x, place.z).length()));
         for &point in &mesh.points {
             let seen = seen(&camera, point);
@@ -214,6 +213,9 @@ fn every_choice_is_an_ordinary_scene() {
     }
 }
 
+/// A map of points.
+type Turn = fn(DVec3) -> DVec3;
+
 fn cube(size: DVec3) -> Vec<DVec3> {
     let bit = |i: usize, b: usize| (i >> b & 1) as f64;
     (0..8).map(|i| size * DVec3::new(bit(i, 0), bit(i, 1), bit(i, 2))).collect()
@@ -234,13 +236,13 @@ fn up_is_found() {
     // A box has a base on all sides.
     assert_eq!(up(&Mesh::new(cube(DVec3::ONE), CUBE), MeshFormat::Obj), "+y");
     // A pyramid on the side that `turn` brings it to.
-    let pyramid = |height: f64, turn: fn(DVec3) -> DVec3| {
+    let pyramid = |height: f64, turn: Turn| {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         let base = corners.map(|(x, z)| DVec3::new(x, 0.0, -z));
         let points = base.into_iter().chain([DVec3::Y * height]).map(turn).collect();
         Mesh::new(points, "f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n")
     };
-    let turns: [(fn(DVec3) -> DVec3, &str); 4] = [
+    let turns: [(Turn, &str); 4] = [
         (|p| p, "+y"),
         (|p| DVec3::new(p.x, -p.z, p.y), "+z"),
         (|p| DVec3::new(p.x, -p.y, -p.z), "-y"),

@@ -97,11 +97,7 @@ impl Buffers {
 
     /// The meshes, prepared, of the triangles of each number below `count`, unless there are none; each has the
     /// vertices that it uses.
-    pub(super) fn split(
-        self,
-        numbers: &[u32],
-        count: usize,
-    ) -> Result<Vec<(usize, (TriangleMesh, Dropped))>, Fault> {
+    pub(super) fn split(self, numbers: &[u32], count: usize) -> Result<Vec<PartOfMesh>, Fault> {
         let vertices = self.positions.len();
         let mut triangles_of = vec![Vec::new(); count];
         for (triangle, &number) in self.triangles.iter().zip(numbers) {
@@ -133,10 +129,19 @@ impl Buffers {
                 triangles,
                 ..Self::default()
             };
-            parts.push((number, part.finish()?));
+            let (mesh, dropped) = part.finish()?;
+            parts.push(PartOfMesh { number: number as u32, mesh, dropped });
         }
         Ok(parts)
     }
+}
+
+/// The triangles of one number.
+#[derive(Debug)]
+pub(super) struct PartOfMesh {
+    pub(super) number: u32,
+    pub(super) mesh: TriangleMesh,
+    pub(super) dropped: Dropped,
 }
 
 /// The values of some vertices; nothing if there are none.

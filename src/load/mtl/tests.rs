@@ -163,7 +163,7 @@ fn each_group_has_its_material() {
     // Power of the lamp: π times area times radiance.
     let power = scene.emitters()[0].power().expect("a lamp");
     let expected = PI * f64::from(crate::math::luminance(Rgb::new(2.0, 1.0, 0.0)));
-    assert!((f64::from(power) / expected - 1.0).abs() < 1e-3, "{power} {expected}");
+    assert!((power / expected - 1.0).abs() < 1e-3, "{power} {expected}");
 }
 
 /// `Kd` times the picture, whose first row is the upper one, as in the file's coordinates.

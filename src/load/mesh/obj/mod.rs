@@ -12,7 +12,7 @@ use glam::{Vec2, Vec3, Vec3A};
 
 use self::corners::{Corner, Corners};
 use self::parse::{Counts, Part, Reference};
-use super::buffers::{Buffers, Placement};
+use super::buffers::{Buffers, PartOfMesh, Placement};
 use super::error::Fault;
 use super::polygons::Polygons;
 use super::remarks::{Materials, Remarks, Statements};
@@ -39,9 +39,8 @@ pub(super) fn load_by_material(path: &Path, options: &MeshOptions) -> Result<Obj
     let none = names.len() as u32;
     let material = used.values(count, none, &remarks.replaced);
     let mut meshes = Vec::new();
-    for (material, part) in buffers.split(&material, names.len() + 1)? {
-        let (mesh, dropped) = part;
-        let name = names.get(material).cloned();
+    for PartOfMesh { number, mesh, dropped } in buffers.split(&material, names.len() + 1)? {
+        let name = names.get(number as usize).cloned();
         meshes.push((name, LoadedMesh { mesh, dropped, remarks: Remarks::default() }));
     }
     // What is to be said is said of the first one.
