@@ -30,7 +30,7 @@ pub(super) struct Presentation {
     #[arg(long, value_name = "DEGREES", value_parser = fov)]
     fov: Option<f64>,
 
-    /// What lights the mesh: studio (a large soft lamp and a weaker one opposite), sky (a sun and blue),
+    /// What lights the mesh: studio (a large soft lamp, and a little from all around), sky (a sun and blue),
     /// a picture of all that is around (.exr, .hdr), or none [default: studio]
     #[arg(long, value_name = "LIGHT")]
     light: Option<Light>,

@@ -13,11 +13,9 @@ use crate::load::mesh::MeshFormat;
 /// noise of a scan.
 const CREASE: f64 = 40.0;
 
-/// Half the width of the studio's lamps, in radii of the mesh.
-const LAMP: f64 = 1.8;
-
-/// Light from all around in the studio.
-const SURROUNDINGS: DVec3 = DVec3::new(0.12, 0.125, 0.135);
+/// Light from all around in the studio, which fills the shadows. A second lamp in its place would take twice as long to
+/// the same error.
+const SURROUNDINGS: DVec3 = DVec3::new(0.21, 0.215, 0.23);
 
 /// That of the sky.
 const SKY: DVec3 = DVec3::new(0.2, 0.3, 0.48);
@@ -203,23 +201,20 @@ fn lights(text: &mut Text, studio: &Studio) {
     };
     let constant = match &studio.setup.light {
         Light::Studio => {
-            let key = DVec3::new(5.6, 5.4, 5.05);
-            let fill = DVec3::new(0.45, 0.5, 0.56);
-            let lamp = |from, distance, radiance| Lamp {
-                from,
-                distance,
-                half_size: LAMP,
-                shape: "rectangle",
-                radiance,
-            };
             // Flat light shows relief; one who goes around would see the lamp.
             let elevation = if studio.frames.len() > 1 { 45.0 } else { 28.0 };
-            self::lamp(text, studio, &n, &lamp((-50.0, elevation), 5.0, key));
-            self::lamp(text, studio, &n, &lamp((65.0, 35.0), 6.0, fill));
+            let key = Lamp {
+                from: (-50.0, elevation),
+                distance: 5.0,
+                half_size: 1.8,
+                shape: "rectangle",
+                radiance: DVec3::new(4.9, 4.7, 4.4),
+            };
+            lamp(text, studio, &n, &key);
             surroundings(SURROUNDINGS)
         }
         Light::Sky => {
-            let radiance = DVec3::new(680.0, 620.0, 530.0);
+            let radiance = DVec3::new(520.0, 475.0, 405.0);
             let from = (-40.0, 45.0);
             let sun = Lamp { from, distance: 40.0, half_size: 1.5, shape: "disk", radiance };
             lamp(text, studio, &n, &sun);

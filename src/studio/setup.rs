@@ -208,7 +208,7 @@ impl FromStr for View {
 /// What lights a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Light {
-    /// A large soft lamp, a weaker one opposite, and a little light from all around.
+    /// A large soft lamp, and a little light from all around.
     Studio,
     /// A sun and a blue sky.
     Sky,
