@@ -102,6 +102,7 @@ pub(super) fn build(object: &Object<'_>) -> Result<Vec<BuiltShape>, Issue> {
     let size = meshes.iter().fold(Aabb::EMPTY, |all, (_, m)| all.union(m.mesh.bounds()));
     let size = f64::from((size.max - size.min).length());
     let mut built = Vec::with_capacity(meshes.len());
+    let mut plastics = mtl::Plastics::default();
     let mut lost: Option<Issue> = None;
     for ((name, loaded), mtl) in meshes.into_iter().zip(found) {
         // A material all of whose faces have no area is no reason to refuse the others.
@@ -118,7 +119,8 @@ pub(super) fn build(object: &Object<'_>) -> Result<Vec<BuiltShape>, Issue> {
         }
         if let Some((library, mtl)) = mtl {
             let folder = library.path.parent().unwrap_or(Path::new(""));
-            let surface = mtl::surface(mtl, object, folder, options.flip_tex_coords, size);
+            let surface =
+                mtl::surface(mtl, object, folder, options.flip_tex_coords, size, &mut plastics);
             let in_material = |problem: String| {
                 issue(format!("{}: material `{}`: {problem}", library.path.display(), mtl.name))
             };

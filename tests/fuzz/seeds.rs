@@ -232,7 +232,7 @@ pub(crate) const RAYS: &str = "{\"index\":3,\"family\":\"pair\",\"origin\":[\"0x
 {\"origin\":[0.5,1e-3,-2],\"direction\":[0,0,1]}\n";
 
 /// Materials of every kind.
-pub(crate) const MTL: &str = "newmtl red\nKd 1 0 0\nKs .5 .5 .5\nNs 98\nNi 1.4\nillum 2\nmap_Kd -s 2 2 -o .5 a.png\nbump -bm .5 a.png\n\
+pub(crate) const MTL: &str = "newmtl red\nKd 1 0 0\nKs .5 .5 .5\nNs 98\nNi 1.4\nillum 1\nmap_Kd -s 2 2 -o .5 a.png\nbump -bm .5 a.png\n\
 newmtl blue\nKd 0 0 1\nKe 1 1 1\nd .5\nmap_d a.png\nnorm a.png\nPr 1\n\
 newmtl glass\nillum 7\nNi 1.5\nTf .9 1 1\nKd .1 .1 .1\nnewmtl mirror\nillum 3\nKd .2 .2 .2\nKs .8 .8 .8\n";
 

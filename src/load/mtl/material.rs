@@ -13,6 +13,7 @@
 //! `Kd` is a factor of `map_Kd`; some programs write 0 beside the map, which counts as 1. All but glass is seen from both
 //! sides.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Affine2, DVec3, Mat2, Vec2};
@@ -102,6 +103,30 @@ impl Mtl {
     }
 }
 
+/// Plastics by their index and roughness: what they have in common is computed once.
+#[derive(Debug, Default)]
+pub(in crate::load) struct Plastics(HashMap<[u32; 2], RoughPlastic>);
+
+/// Different ones of a file: each takes a tenth of a second.
+const MOST_PLASTICS: usize = 200;
+
+impl Plastics {
+    fn plastic(&mut self, coat: Coat, index: f32, alpha: f32) -> Result<RoughPlastic, String> {
+        let key = [index, alpha].map(f32::to_bits);
+        if let Some(known) = self.0.get(&key) {
+            return Ok(known.with_coat(coat));
+        }
+        if self.0.len() == MOST_PLASTICS {
+            return Err(format!(
+                "more than {MOST_PLASTICS} pairs of `Ns` and `Ni` (expected: the same for more materials)"
+            ));
+        }
+        let plastic = RoughPlastic::new(coat, Distribution::Beckmann, alpha);
+        self.0.insert(key, plastic.clone());
+        Ok(plastic)
+    }
+}
+
 /// The surface of a mesh of this size that a material describes. `folder` is that of its file, `flips_v` whether texture
 /// coordinates count from the upper edge.
 ///
@@ -113,6 +138,7 @@ pub(in crate::load) fn surface(
     folder: &std::path::Path,
     flips_v: bool,
     size: f64,
+    plastics: &mut Plastics,
 ) -> Result<Surface, String> {
     let maps = Maps { object, folder, flips_v };
     let kind = mtl.kind();
@@ -125,7 +151,7 @@ pub(in crate::load) fn surface(
         Kind::Diffuse { diffuse: color } => Box::new(Diffuse::new(diffuse(color)?)),
         Kind::Plastic { diffuse: color, specular, index, alpha } => {
             let coat = Coat::new(index as f32, 1.0, diffuse(color)?, rgb(specular), false);
-            Box::new(RoughPlastic::new(coat, Distribution::Beckmann, alpha as f32))
+            Box::new(plastics.plastic(coat, index as f32, alpha as f32)?)
         }
         Kind::Mirror { diffuse: color, specular } => {
             // Both are as bright as the whole, so neither reflects more than all.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 pub(super) use map::Map;
-pub(super) use material::{Surface, surface};
+pub(super) use material::{Plastics, Surface, surface};
 
 use crate::memory::Limits;
 

@@ -224,3 +224,14 @@ fn what_is_missing_or_broken_is_said() {
     // Without an open shutter nothing moves.
     assert!(error.is_ok());
 }
+
+/// 300 materials that differ in colour alone share what takes long to compute.
+#[test]
+fn plastics_of_one_roughness_are_quick() {
+    let mtl: String =
+        (0..300).map(|i| format!("newmtl m{i}\nKd 0.{i} 0 0\nKs 1 1 1\nNs 50\n")).collect();
+    let faces: String = (0..300).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect();
+    let obj = format!("mtllib a b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}");
+    let loaded = load(&obj, Some(&mtl), "").expect("good files");
+    assert_eq!(loaded.description.scene.objects().len(), 300);
+}
