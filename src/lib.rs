@@ -69,4 +69,5 @@ pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod shape;
+pub mod studio;
 pub mod texture;

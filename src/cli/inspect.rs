@@ -29,7 +29,7 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let accel = self.input.accel();
         let limits = self.input.resources.limits();
-        let description = self.input.load(&limits)?.description;
+        let description = self.input.load(&limits, None, false)?.description;
         let built_over = description.scene.shapes();
         limits.claim(accel.estimated_bytes(&built_over))?;
         let start = Instant::now();

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::error::Error;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteHandlerOpts,
@@ -34,6 +35,17 @@ impl Failure {
         let more = (error.more() > 0)
             .then(|| Message::new(format!("and {} more problems", error.more()), Severity::Error));
         Self(messages.chain(more).collect())
+    }
+
+    /// All that is wrong with a mesh. Places in the scene that was made of it are no help: nobody wrote it.
+    pub(super) fn of_mesh(mesh: &Path, error: &LoadError) -> Self {
+        Self(
+            error
+                .problems()
+                .iter()
+                .map(|p| Message::about_mesh(mesh, p, Severity::Error))
+                .collect(),
+        )
     }
 
     /// One thing that is wrong.
@@ -76,6 +88,14 @@ pub(super) fn warn_of_scene(warnings: &[Warning]) {
     }
 }
 
+/// Shows each of the loader's warnings about a mesh once.
+pub(super) fn warn_of_mesh(mesh: &Path, warnings: &[Warning]) {
+    let mut seen = HashSet::new();
+    for warning in warnings.iter().filter(|w| seen.insert(&w.message)) {
+        show(&Message::about_mesh(mesh, warning, Severity::Warning));
+    }
+}
+
 /// Writes a line. If nobody can read it, nobody misses it.
 pub(super) fn say(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
@@ -84,6 +104,13 @@ pub(super) fn say(text: &str) {
 impl Message {
     fn new(text: impl Into<String>, severity: Severity) -> Self {
         Self { text: text.into(), severity, help: None, place: None }
+    }
+
+    fn about_mesh(mesh: &Path, problem: &Problem, severity: Severity) -> Self {
+        let (mesh, message) = (mesh.display().to_string(), &problem.message);
+        let text =
+            if message.starts_with(&mesh) { message.clone() } else { format!("{mesh}: {message}") };
+        Self { help: problem.help.clone(), ..Self::new(text, severity) }
     }
 
     fn about_scene(problem: &Problem, severity: Severity) -> Self {

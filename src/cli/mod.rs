@@ -9,8 +9,10 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use telamon::intersect::accel::Mode;
 use telamon::intersect::{Accel, Backend};
-use telamon::load::{LoadOptions, Loaded, NoriX, load_scene};
+use telamon::load::mesh::MeshFormat;
+use telamon::load::{LoadOptions, Loaded, NoriX, load_scene, load_text};
 use telamon::memory::Limits;
+use telamon::studio::Studio;
 
 mod compare;
 mod completions;
@@ -24,16 +26,20 @@ mod machine;
 mod man;
 mod measure;
 mod memory;
+mod mesh;
 mod message;
 mod parity;
 mod picture;
 mod progress;
 mod render;
+mod scene;
 mod table;
 mod trace;
+mod turntable;
 mod values;
 
 use message::Failure;
+use values::Size;
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("TELAMON_EMBREE"), ")");
 
@@ -50,9 +56,11 @@ which standard error names
 written; of a second signal, which ends at once, nothing is. Signals that were ignored when telamon \
 started, as by nohup, stay ignored
 
-Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64";
+Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64
+\
+Example: telamon render bust.ply -o bust.png";
 
-/// A path tracer for large meshes: renders Mitsuba 3 scene files to OpenEXR and PNG.
+/// A path tracer for large meshes: renders meshes, and Mitsuba 3 scene files, to OpenEXR and PNG.
 #[derive(Debug, Parser)]
 #[command(
     name = "telamon",
@@ -68,6 +76,7 @@ pub(crate) struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(render::Arguments),
+    Scene(scene::Arguments),
     Inspect(inspect::Arguments),
     Trace(trace::Arguments),
     Compare(compare::Arguments),
@@ -101,6 +110,7 @@ impl CommandLine {
     pub(crate) fn run(self) -> Result<Ending, Failure> {
         match self.command {
             Command::Render(arguments) => arguments.run(),
+            Command::Scene(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Inspect(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Trace(arguments) => arguments.run().map(|()| Ending::Done),
             Command::Measure(arguments) => arguments.run(),
@@ -115,8 +125,9 @@ impl CommandLine {
 /// What every command that reads a scene asks for.
 #[derive(Args, Debug)]
 struct Input {
-    /// Scene file in Mitsuba 3's XML format
-    #[arg(value_name = "SCENE")]
+    /// Scene file in Mitsuba 3's XML format, or a mesh (.obj, .ply, .stl, .serialized; also with .gz), of
+    /// which a scene is made
+    #[arg(value_name = "SCENE_OR_MESH")]
     scene: PathBuf,
 
     /// Replace $NAME in the scene file, in place of its <default>; may be repeated
@@ -155,6 +166,9 @@ struct Input {
 
     #[command(flatten)]
     resources: Resources,
+
+    #[command(flatten)]
+    mesh: mesh::Presentation,
 }
 
 impl Input {
@@ -166,7 +180,7 @@ impl Input {
         let mut accel = Accel::from(self.backend);
         for mode in &self.accel {
             if let Err(error) = accel.set(mode) {
-                CommandLine::command().error(ErrorKind::ValueValidation, error).exit();
+                usage(ErrorKind::ValueValidation, &error.to_string());
             }
         }
         accel
@@ -175,20 +189,66 @@ impl Input {
     /// What makes another scene of the same file.
     fn defines_of_record(&self) -> Vec<(String, String)> {
         let side = self.nori_x.map(|x| ("--nori-x".to_owned(), x.to_string()));
-        self.defines.iter().cloned().chain(side).collect()
+        self.defines.iter().cloned().chain(side).chain(self.mesh.given()).collect()
     }
 
-    /// Loads the scene within `limits` and shows the loader's warnings.
-    fn load(&self, limits: &Limits) -> Result<Loaded, Failure> {
-        let options = LoadOptions {
-            defines: self.defines.clone(),
-            nori_x: self.nori_x,
-            limits: limits.clone(),
-        };
-        let loaded = load_scene(&self.scene, &options).map_err(|e| Failure::of_scene(&e))?;
+    /// What is made of a mesh, for so many pictures around it; `None` if the file is a scene.
+    ///
+    /// Ends the process, as bad usage does, if options for meshes are given beside a scene.
+    fn studio(&self, size: Option<Size>, turntable: u32) -> Result<Option<Studio>, Failure> {
+        if let Some(format) = MeshFormat::of(&self.scene) {
+            // What it takes is given back before the scene is loaded.
+            let limits = self.resources.limits();
+            return self.mesh.studio(&self.scene, format, size, turntable, &limits).map(Some);
+        }
+        if let Some((option, _)) = self.mesh.given().first() {
+            let scene = self.scene.display();
+            let message = format!(
+                "`{option}` is for meshes, and `{scene}` is a scene file, which says it itself"
+            );
+            usage(ErrorKind::ArgumentConflict, &message);
+        }
+        Ok(None)
+    }
+
+    /// Loads the scene within `limits`, or what is made of the mesh, for a picture of that size; shows the loader's
+    /// warnings and, unless `quiet`, what was chosen for a mesh.
+    fn load(&self, limits: &Limits, size: Option<Size>, quiet: bool) -> Result<Loaded, Failure> {
+        if let Some(studio) = self.studio(size, 1)? {
+            return self.load_studio(&studio, limits, quiet);
+        }
+        let loaded = load_scene(&self.scene, &self.load_options(limits));
+        let mut loaded = loaded.map_err(|e| Failure::of_scene(&e))?;
         message::warn_of_scene(&loaded.warnings);
+        if let Some(Size { width, height }) = size {
+            loaded.description.resize(width, height)?;
+        }
         Ok(loaded)
     }
+
+    fn load_studio(
+        &self,
+        studio: &Studio,
+        limits: &Limits,
+        quiet: bool,
+    ) -> Result<Loaded, Failure> {
+        if !quiet {
+            message::say(&studio.choices());
+        }
+        let loaded = load_text(&studio.scene(), &studio.name(), &self.load_options(limits));
+        let loaded = loaded.map_err(|e| Failure::of_mesh(&self.scene, &e))?;
+        message::warn_of_mesh(&self.scene, &loaded.warnings);
+        Ok(loaded)
+    }
+
+    fn load_options(&self, limits: &Limits) -> LoadOptions {
+        LoadOptions { defines: self.defines.clone(), nori_x: self.nori_x, limits: limits.clone() }
+    }
+}
+
+/// Ends the process, as clap does where options make no sense.
+fn usage(kind: ErrorKind, message: &str) -> ! {
+    CommandLine::command().error(kind, message).exit()
 }
 
 /// What a command may take of the machine.

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use telamon::film::output::{OutputError, check_writable};
 use telamon::intersect::{self, Accel};
-use telamon::load::mesh::{LoadedMesh, MeshOptions, load_obj, load_ply};
+use telamon::load::mesh::{LoadedMesh, MeshFormat, MeshOptions};
 use telamon::load::{LoadOptions, NoriX, load_scene};
 use telamon::memory::Limits;
 use telamon::parity::{
@@ -30,7 +30,7 @@ use super::{Ending, Resources, interrupt, print, values};
                   Example: telamon parity mesh.ply --rays 1e7 --report disagreements.jsonl"
 )]
 pub(super) struct Arguments {
-    /// Scene file (.xml) or mesh (.obj, .ply; may be compressed with gzip)
+    /// Scene file (.xml) or mesh (.obj, .ply, .stl, .serialized; may be compressed with gzip)
     #[arg(value_name = "SCENE_OR_MESH")]
     input: PathBuf,
 
@@ -194,17 +194,13 @@ impl Arguments {
 
     /// Which reader a file wants is said by its name, a last `.gz` aside.
     fn load(&self, limits: &Limits) -> Result<Subject, Failure> {
-        let name = self.input.to_string_lossy().to_lowercase();
-        let name = name.strip_suffix(".gz").unwrap_or(&name);
-        let is_mesh = [".obj", ".ply"].iter().any(|extension| name.ends_with(extension));
-        if is_mesh && !self.defines.is_empty() {
+        let format = MeshFormat::of(&self.input);
+        if format.is_some() && !self.defines.is_empty() {
             warn("`--define` changes nothing: it is for scene files, and this is a mesh");
         }
-        let options = MeshOptions { limits: limits.clone(), ..MeshOptions::default() };
-        if name.ends_with(".obj") {
-            Ok(self.mesh(load_obj(&self.input, &options)?))
-        } else if name.ends_with(".ply") {
-            Ok(self.mesh(load_ply(&self.input, &options)?))
+        if let Some(format) = format {
+            let options = MeshOptions { limits: limits.clone(), ..MeshOptions::default() };
+            Ok(self.mesh(format.load(&self.input, &options)?))
         } else {
             // Rays come from the camera's place, whichever side of the picture its axes point to.
             let nori_x = Some(NoriX::default());

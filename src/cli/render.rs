@@ -1,14 +1,20 @@
 //! `telamon render`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use clap::error::ErrorKind;
+use telamon::camera::Camera;
 use telamon::film::exr::Metadata;
 use telamon::film::output::{FileFormat, OutputError, check_writable};
 use telamon::film::picture::Picture;
 use telamon::film::{AovKind, AovLayer, Crop};
-use telamon::intersect;
+use telamon::intersect::{self, Intersector};
+use telamon::load::mesh::MeshFormat;
+use telamon::load::{LoadOptions, load_text};
+use telamon::memory::Limits;
 use telamon::render::{
     Description, Ended, MOST_THREADS, Preview, Progress, SampleId, Statistics, render,
 };
@@ -18,22 +24,23 @@ use super::live::{Live, Viewer, Waiting};
 use super::message::{Failure, say, warn, warn_with_help};
 use super::progress::{Bar, millions_per_second};
 use super::values::{self, Output, Size};
-use super::{Ending, Input, effort, interrupt, picture};
+use super::{Ending, Input, effort, interrupt, picture, turntable, usage};
 
-/// Render a scene to picture files
+/// Render a scene, or a mesh, to picture files
 #[derive(Args, Debug)]
 #[command(
     after_help = "Ctrl-C, SIGTERM and SIGHUP stop the render and write what is there; a second one ends it at \
                   once. A picture that cannot be written where it should go goes beside, or else into the \
                   folder for temporary files (TMPDIR); the exit code is 3 then.\n\n\
-                  Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64"
+                  Example: telamon render scene.xml -o picture.exr -o picture.png --spp 64\n\
+                  Example: telamon render bust.ply -o bust.png --view front --material marble"
 )]
 pub(super) struct Arguments {
     #[command(flatten)]
     input: Input,
 
-    /// Picture to write, .exr or .png; may be repeated [default: SCENE's name with .exr, in the
-    /// current folder]
+    /// Picture to write, .exr or .png; may be repeated [default: the scene's name with .exr, or the
+    /// mesh's with .png, in the current folder]
     #[arg(
         short,
         long = "output",
@@ -77,7 +84,8 @@ pub(super) struct Arguments {
                      the viewer tev, by default at 127.0.0.1:14158; it may be started later, and again. `web` or \
                      `web:PORT` serves a page on 127.0.0.1 for a browser; its address, which nobody can guess, is \
                      said at the beginning. The page stays when the render has ended. A viewer changes nothing of \
-                     the picture, and none can hold the render up."
+                     the picture, and none can hold the render up.",
+        conflicts_with = "turntable"
     )]
     live: Vec<Viewer>,
 
@@ -86,13 +94,23 @@ pub(super) struct Arguments {
     quiet: bool,
 
     /// Columns and rows of the whole picture; a crop scales with it, and the field of view across
-    /// the width stays [default: the scene's]
+    /// the width stays [default: the scene's; 800x600 for a mesh]
     #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
     size: Option<Size>,
 
     /// Render only this part: first column and row, columns and rows [default: the scene's]
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Picture")]
     crop: Option<Crop>,
+
+    /// Go around the mesh in so many pictures; names need a place for their numbers, such as -o
+    /// 'bust_%03d.png'
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(2..=100_000),
+        help_heading = "Picture"
+    )]
+    turntable: Option<u32>,
 
     #[command(flatten)]
     effort: effort::Options,
@@ -143,6 +161,11 @@ struct Finished {
 impl Arguments {
     pub(super) fn run(&self) -> Result<Ending, Failure> {
         let outputs = self.outputs();
+        if self.turntable.is_some() && turntable::outputs(&outputs, 0).is_none() {
+            let message = "`--turntable` needs a place for the number in the name of each picture, such as -o \
+                           'bust_%03d.png'";
+            usage(ErrorKind::ArgumentConflict, message);
+        }
         // All that can be known before an hour of rendering is said before.
         Failure::all(outputs.iter().filter_map(|o| check_writable(&o.path).err()).map(Into::into))
             .map_or(Ok(()), Err)?;
@@ -156,30 +179,33 @@ impl Arguments {
         // 0 stands for one thread a processor.
         let threads = usize::from(self.threads.unwrap_or(0));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let (finished, mut live) = pool.install(|| self.load_and_render(&outputs, viewers))?;
-        let ending = self.conclude(&finished, &outputs);
-        live.close();
-        ending
+        pool.install(|| self.load_and_render(&outputs, viewers))
     }
 
     fn outputs(&self) -> Vec<Output> {
         if !self.outputs.is_empty() {
             return self.outputs.clone();
         }
-        let name = self.input.scene.file_stem().unwrap_or("picture".as_ref());
-        let path = Path::new(name).as_os_str().to_owned();
-        vec![Output { path: with_exr(path), format: FileFormat::Exr }]
+        let scene = &self.input.scene;
+        let is_mesh = MeshFormat::of(scene).is_some();
+        let name = scene.file_stem().unwrap_or("picture".as_ref());
+        let packed = scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+        let name = if packed { Path::new(name).file_stem().unwrap_or(name) } else { name };
+        let format = if is_mesh { FileFormat::Png } else { FileFormat::Exr };
+        let mut name = name.to_owned();
+        if self.turntable.is_some() {
+            name.push("_%03d");
+        }
+        // Appended, and not set as the extension: a scene `box.v2.xml` makes `box.v2.exr`.
+        name.push(if is_mesh { ".png" } else { ".exr" });
+        vec![Output { path: name.into(), format }]
     }
 
-    fn load_and_render(
-        &self,
-        outputs: &[Output],
-        viewers: Waiting,
-    ) -> Result<(Finished, Live), Failure> {
+    fn load_and_render(&self, outputs: &[Output], viewers: Waiting) -> Result<Ending, Failure> {
         let accel = self.input.accel();
         let start = Instant::now();
         let limits = self.input.resources.limits();
-        let mut description = self.input.load(&limits)?.description;
+        let (mut description, cameras) = self.load(&limits)?;
         self.adjust(&mut description)?;
         limits.claim(telamon::render::bytes(&description))?;
         if !viewers.is_empty() {
@@ -200,15 +226,68 @@ impl Arguments {
         let build = start.elapsed();
 
         let cancel = interrupt::watch()?;
+        if cameras.is_empty() {
+            let timings = [load, build];
+            let (finished, mut live) =
+                self.render(&description, engine.as_ref(), timings, &cancel, viewers)?;
+            let ending = self.conclude(&finished, outputs);
+            live.close();
+            return ending;
+        }
+        let mut ending = Ending::Done;
+        for (number, camera) in (0..).zip(cameras) {
+            description.camera = camera;
+            let timings = [load, build];
+            let unseen = Waiting::open(&[])?;
+            let (finished, _) =
+                self.render(&description, engine.as_ref(), timings, &cancel, unseen)?;
+            let outputs = turntable::outputs(outputs, number).unwrap_or_default();
+            match self.conclude(&finished, &outputs)? {
+                Ending::Interrupted => return Ok(Ending::Interrupted),
+                Ending::Elsewhere => ending = Ending::Elsewhere,
+                Ending::Done => {}
+            }
+        }
+        Ok(ending)
+    }
+
+    /// The scene, and the cameras of a turntable.
+    fn load(&self, limits: &Limits) -> Result<(Description, Vec<Camera>), Failure> {
+        let Some(turntable) = self.turntable else {
+            let loaded = self.input.load(limits, self.size, self.quiet)?;
+            return Ok((loaded.description, Vec::new()));
+        };
+        let Some(studio) = self.input.studio(self.size, turntable)? else {
+            let scene = self.input.scene.display();
+            let message = format!("`--turntable` is for meshes, and `{scene}` is a scene file");
+            usage(ErrorKind::ArgumentConflict, &message);
+        };
+        let mut cameras = Vec::new();
+        for text in studio.cameras() {
+            let loaded = load_text(&text, &studio.name(), &LoadOptions::default());
+            cameras.push(loaded.map_err(|e| Failure::of_scene(&e))?.description.camera);
+        }
+        let loaded = self.input.load_studio(&studio, limits, self.quiet)?;
+        Ok((loaded.description, cameras))
+    }
+
+    fn render(
+        &self,
+        description: &Description,
+        engine: &dyn Intersector,
+        [load, build]: [Duration; 2],
+        cancel: &AtomicBool,
+        viewers: Waiting,
+    ) -> Result<(Finished, Live), Failure> {
         let bar = Bar::new(self.quiet);
         let beside = bar.clone();
         let warn = move |text: String| beside.suspend(|| warn(text));
-        let live = viewers.start(&description, self.input.scene.display().to_string(), warn)?;
+        let live = viewers.start(description, self.input.scene.display().to_string(), warn)?;
         let on_progress = |progress: Progress<'_>| {
             live.update(&progress);
             bar.update(&progress);
         };
-        let (film, statistics) = render(&description, engine.as_ref(), &on_progress, &cancel);
+        let (film, statistics) = render(description, engine, &on_progress, cancel);
         live.end(&statistics);
         bar.finish();
         let metadata = Metadata {
@@ -235,9 +314,6 @@ impl Arguments {
 
     /// Puts options in the place of the scene's own settings.
     fn adjust(&self, description: &mut Description) -> Result<(), Failure> {
-        if let Some(Size { width, height }) = self.size {
-            description.resize(width, height)?;
-        }
         if let Some(crop) = self.crop {
             description.crop_to(crop)?;
         }
@@ -322,12 +398,6 @@ impl Finished {
         let mean = self.statistics.samples as f64 / self.picture.pixels() as f64;
         format!("{mean:.1} ({least} to {most})")
     }
-}
-
-/// Appended, and not set as the extension: a scene `box.v2.xml` makes `box.v2.exr`.
-fn with_exr(mut name: std::ffi::OsString) -> PathBuf {
-    name.push(".exr");
-    name.into()
 }
 
 /// Refuses files that cannot hold what the scene makes: PNG files of layers alone, and a variance beside

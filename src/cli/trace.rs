@@ -47,10 +47,7 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let accel = self.input.accel();
         let limits = self.input.resources.limits();
-        let mut description = self.input.load(&limits)?.description;
-        if let Some(Size { width, height }) = self.size {
-            description.resize(width, height)?;
-        }
+        let description = self.input.load(&limits, self.size, false)?.description;
         let seed = self.seed.unwrap_or(description.sampler.seed);
         let Pixel { x, y } = self.pixel;
         let (width, height) = (description.film.width, description.film.height);

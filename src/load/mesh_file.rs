@@ -36,6 +36,13 @@ impl MeshFile {
             issues.push(issue(message, help));
         }
         let materials = &self.remarks.materials;
+        let why = if materials.libraries.is_empty() {
+            "the file names no .mtl file (`mtllib`)"
+        } else if materials.used.is_empty() {
+            "no face asks for one (`usemtl`)"
+        } else {
+            "no such file is beside the mesh, or it does not define them"
+        };
         let names = match (materials.used.is_empty(), materials.libraries.is_empty()) {
             (true, true) => return issues,
             (true, false) => format!("the materials in {}", materials.libraries),
@@ -45,13 +52,13 @@ impl MeshFile {
             }
         };
         if object.parts(Category::Bsdf).next().is_none() {
-            let help = "put a <bsdf> into the shape; for several materials, write a file for each";
-            issues.push(issue(format!("{names} are not read"), help));
+            let help = "put the .mtl file beside the mesh, or a <bsdf> into the shape";
+            issues.push(issue(format!("{names} are not used: {why}"), help));
         } else if materials.used.are_several() {
             let help =
                 "for several materials, write a file for each, and give each a shape of its own";
             issues.push(issue(
-                format!("{names} are not read: all faces have that of the shape"),
+                format!("{names} are not used: all faces have that of the shape"),
                 help,
             ));
         }

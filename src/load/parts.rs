@@ -7,11 +7,12 @@ use rayon::prelude::*;
 
 use super::assemble::Notes;
 use super::emitter::Light;
+use super::mtl::Surface;
 use super::plugins::{Build, Category};
 use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
-use super::{bsdf, emitter, precision, shape};
+use super::{bsdf, emitter, mesh_shape, precision, shape};
 use crate::bsdf::{Bsdf, Diffuse, Needs};
 use crate::emitter::{Area, Emitter};
 use crate::math::Rgb;
@@ -74,16 +75,23 @@ impl Parts {
     pub(super) fn shapes(&mut self, shapes: &[Object<'_>], notes: &mut Notes) -> Vec<SceneObject> {
         let by_itself = |object: &Object<'_>| match object.plugin().build {
             Build::Group | Build::Instance => None,
-            _ => Some(shape::build(object)),
+            _ => Some(mesh_shape::build_all(object)),
         };
-        let built: Vec<Option<Result<BuiltShape, Issue>>> =
+        let built: Vec<Option<Result<Vec<BuiltShape>, Issue>>> =
             shapes.par_iter().map(by_itself).collect();
         let mut objects = Vec::with_capacity(built.len());
         for (object, built) in shapes.iter().zip(built) {
             let scene_object = match (built, object.plugin().build) {
-                (Some(built), _) => {
-                    built.and_then(|built| self.scene_object(object, built, &mut notes.warnings))
+                (Some(Ok(parts)), _) => {
+                    for part in parts {
+                        match self.scene_object(object, part, &mut notes.warnings) {
+                            Ok(scene_object) => objects.push(scene_object),
+                            Err(issue) => notes.issues.push(issue),
+                        }
+                    }
+                    continue;
                 }
+                (Some(Err(issue)), _) => Err(issue),
                 (None, Build::Instance) => match self.instance(object, notes) {
                     Some(instance) => instance,
                     None => continue,
@@ -135,9 +143,16 @@ impl Parts {
             notes.issues.extend(problems);
             return None;
         }
+        let before = notes.issues.len();
         let objects = self.shapes(&members, notes);
+        let glows = objects.iter().any(|o| o.emitter.is_some());
+        if glows {
+            let message = "a shape that emits cannot stand inside a `shapegroup`";
+            let help = "lights cannot be instanced: give the shape a <bsdf>, so that the material of its file does not count";
+            notes.issues.push(Issue::new(object.place(), message).with_help(help));
+        }
         let bsdfs = objects.iter().map(|o| o.bsdf).collect();
-        let complete = objects.len() == members.len();
+        let complete = notes.issues.len() == before;
         let group = Group::new(objects.into_iter().map(|o| o.shape).collect());
         let group = Arc::new(group.expect("checked to have no instances"));
         complete.then_some(BuiltGroup { group, bsdfs })
@@ -181,11 +196,18 @@ impl Parts {
             let help = "let the shape rest, or light the scene by another one";
             return Err(Issue::new(light.place(), message).with_help(help));
         }
+        let surface = built.surface;
+        if surface.as_ref().is_some_and(|(_, surface)| surface.emission.is_some()) {
+            let message =
+                "a shape that moves while the shutter is open cannot emit, as its file says";
+            let help = "let the shape rest, or give it a <bsdf>";
+            return Err(Issue::new(object.place_of("filename"), message).with_help(help));
+        }
         let group = Group::new(vec![built.shape]).expect("not an instance");
         let built = shape::instance(object, Arc::new(group))?;
         warnings.extend(precision_warnings(object, &built));
-        let bsdf = self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?;
-        Ok(SceneObject::new(object.id(), built.shape, bsdf, None))
+        let (name, bsdf) = self.material(object, surface)?;
+        Ok(SceneObject::new(&name, built.shape, bsdf, None))
     }
 
     fn scene_object(
@@ -220,10 +242,33 @@ impl Parts {
         Ok(scene_object)
     }
 
+    /// The name of a shape and the index of its material: that of its file, the scene's, or the usual one.
+    fn material(
+        &mut self,
+        object: &Object<'_>,
+        surface: Option<(String, Surface)>,
+    ) -> Result<(String, usize), Issue> {
+        let id = object.id();
+        let Some((name, Surface { bsdf, .. })) = surface else {
+            let bsdf = self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?;
+            return Ok((id.to_owned(), bsdf));
+        };
+        self.bsdfs.push(bsdf);
+        let name = if id.is_empty() { name } else { format!("{id} {name}") };
+        Ok((name, self.bsdfs.len() - 1))
+    }
+
     /// A shape that does not move.
     fn resting(&mut self, object: &Object<'_>, built: BuiltShape) -> Result<SceneObject, Issue> {
+        let glow = built.surface.as_ref().and_then(|(_, surface)| surface.emission);
         let emitter = match object.parts(Category::Emitter).next() {
-            None => None,
+            None => match glow.map(|radiance| Area::new(built.shape.clone(), radiance)) {
+                Some(None) => {
+                    let message = "a material of this file emits, and its faces have no area that an f32 can hold";
+                    return Err(Issue::new(object.place_of("filename"), message));
+                }
+                area => area.flatten().map(|area| self.emitter(Box::new(area))),
+            },
             Some(light) => match emitter::build(&light)? {
                 Light::Area(radiance) => {
                     let area = Area::new(built.shape.clone(), radiance).ok_or_else(|| {
@@ -243,12 +288,13 @@ impl Parts {
             },
         };
         // An emitter without a material reflects nothing, as in Mitsuba.
-        let bsdf = if emitter.is_some() && object.parts(Category::Bsdf).next().is_none() {
-            self.black()
+        let is_bare = built.surface.is_none() && object.parts(Category::Bsdf).next().is_none();
+        let (name, bsdf) = if emitter.is_some() && is_bare {
+            (object.id().to_owned(), self.black())
         } else {
-            self.bsdf(&object.part_or(Category::Bsdf, &bsdf::DIFFUSE))?
+            self.material(object, built.surface)?
         };
-        Ok(SceneObject::new(object.id(), built.shape, bsdf, emitter))
+        Ok(SceneObject::new(&name, built.shape, bsdf, emitter))
     }
 
     /// Lights that belong to no shape; returns the index of the environment.

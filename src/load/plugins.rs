@@ -8,7 +8,9 @@ use super::problem::Issue;
 use super::properties::Object;
 use super::shape::BuiltShape;
 use super::spectrum::Role;
-use super::{bsdf, deformable, emitter, film, integrator, rough, sampler, sensor, shape, texture};
+use super::{
+    bsdf, deformable, emitter, film, integrator, mesh_shape, rough, sampler, sensor, shape, texture,
+};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::film::{FilmSettings, filter};
@@ -19,9 +21,10 @@ use crate::texture::Texture;
 
 /// Plugins whose tables stand in this room: a new material is one new line here.
 static PLUGINS: &[&Plugin] = &[
-    &shape::OBJ,
-    &shape::PLY,
-    &shape::SERIALIZED,
+    &mesh_shape::OBJ,
+    &mesh_shape::PLY,
+    &mesh_shape::STL,
+    &mesh_shape::SERIALIZED,
     &shape::RECTANGLE,
     &shape::CUBE,
     &shape::SPHERE,

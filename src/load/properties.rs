@@ -333,12 +333,19 @@ impl<'a> Object<'a> {
     /// No such file, or one that cannot be read.
     pub(super) fn image(&self, name: &str) -> Result<Arc<Image>, Issue> {
         let path = self.file(name)?;
-        let once = Arc::clone(lock(&self.context.images).entry(path.clone()).or_default());
-        // Decoded outside of the lock; who comes second waits for this file alone.
-        let image = once.get_or_init(|| image::load(&path, self.context.limits).map(Arc::new));
-        image.clone().map_err(|message| {
+        self.image_at(&path).map_err(|message| {
             Issue::new(self.place_of(name), format!("{} {message}", path.display()))
         })
+    }
+
+    /// The image in a file, decoded once however often it is asked for.
+    ///
+    /// # Errors
+    /// What is wrong with the file: a fragment.
+    pub(super) fn image_at(&self, path: &Path) -> Result<Arc<Image>, String> {
+        let once = Arc::clone(lock(&self.context.images).entry(path.to_owned()).or_default());
+        // Decoded outside of the lock; who comes second waits for this file alone.
+        once.get_or_init(|| image::load(path, self.context.limits).map(Arc::new)).clone()
     }
 
     pub(super) fn refractive_index(&self, name: &str) -> f32 {

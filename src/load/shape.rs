@@ -1,14 +1,11 @@
 //! Shapes of scene files.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3A};
 
-use super::mesh::{
-    LoadedMesh, MeshFileError, MeshOptions, MeshProblem, load_obj, load_ply, load_serialized,
-};
 use super::mesh_file::MeshFile;
+use super::mtl::Surface;
 use super::plugins::{Build, Category, Part, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
@@ -26,12 +23,14 @@ pub(super) struct BuiltShape {
     pub(super) mesh: Option<Arc<TriangleMesh>>,
     pub(super) dropped: Dropped,
     pub(super) file: Option<MeshFile>,
+    /// What its file says that it is made of, with the name of that.
+    pub(super) surface: Option<(String, Surface)>,
 }
 
 impl BuiltShape {
     /// A shape that is no mesh.
     pub(super) fn new(shape: Arc<dyn Shape>) -> Self {
-        Self { shape, mesh: None, dropped: Dropped::default(), file: None }
+        Self { shape, mesh: None, dropped: Dropped::default(), file: None, surface: None }
     }
 
     /// A mesh that is whole.
@@ -40,75 +39,18 @@ impl BuiltShape {
     }
 }
 
-const PARTS: &[Part] = &[Part::optional(Category::Bsdf), Part::optional(Category::Emitter)];
+pub(super) const PARTS: &[Part] =
+    &[Part::optional(Category::Bsdf), Part::optional(Category::Emitter)];
 
-const TO_WORLD: PropertyInfo =
+pub(super) const TO_WORLD: PropertyInfo =
     property("to_world", Kind::Motion, Default::Identity, "maps the shape into the scene");
 
-const FLIP_NORMALS: PropertyInfo = property(
+pub(super) const FLIP_NORMALS: PropertyInfo = property(
     "flip_normals",
     Kind::Boolean,
     Default::Boolean(false),
     "turn the normals to the other side",
 );
-
-const FACE_NORMALS: PropertyInfo = property(
-    "face_normals",
-    Kind::Boolean,
-    Default::Boolean(false),
-    "shade with the normals of the faces, not of the vertices",
-);
-
-/// The properties of a mesh file: what `filename` names, and whether v = 0 is the upper edge of a texture.
-const fn mesh_file(filename: &'static str, flip_tex_coords: bool) -> [PropertyInfo; 5] {
-    [
-        property("filename", Kind::File, Default::Required, filename),
-        TO_WORLD,
-        FLIP_NORMALS,
-        FACE_NORMALS,
-        property(
-            "flip_tex_coords",
-            Kind::Boolean,
-            Default::Boolean(flip_tex_coords),
-            "count v from the upper edge of a texture",
-        ),
-    ]
-}
-
-pub(super) static OBJ: Plugin = Plugin {
-    name: "obj",
-    help: "A mesh in Wavefront's text format.",
-    properties: &const { mesh_file("the mesh", true) },
-    parts: PARTS,
-    build: Build::Shape(|object| from_file(object, load_obj)),
-};
-
-pub(super) static PLY: Plugin = Plugin {
-    name: "ply",
-    help: "A mesh in Stanford's format, text or binary.",
-    properties: &const { mesh_file("the mesh; may be compressed (.gz)", false) },
-    parts: PARTS,
-    build: Build::Shape(|object| from_file(object, load_ply)),
-};
-
-pub(super) static SERIALIZED: Plugin = Plugin {
-    name: "serialized",
-    help: "A mesh in Mitsuba's own format, version 3 or 4.",
-    properties: &[
-        property("filename", Kind::File, Default::Required, "one or more meshes"),
-        property(
-            "shape_index",
-            Kind::Integer(0, i32::MAX as i64),
-            Default::Integer(0),
-            "which mesh of the file, from 0",
-        ),
-        TO_WORLD,
-        FLIP_NORMALS,
-        FACE_NORMALS,
-    ],
-    parts: PARTS,
-    build: Build::Shape(serialized),
-};
 
 pub(super) static RECTANGLE: Plugin = Plugin {
     name: "rectangle",
@@ -222,44 +164,6 @@ pub(super) fn build(object: &Object<'_>) -> Result<BuiltShape, Issue> {
     }
 }
 
-fn serialized(object: &Object<'_>) -> Result<BuiltShape, Issue> {
-    let index = object.count("shape_index");
-    from_file(object, |path, options| load_serialized(path, index, options))
-}
-
-fn from_file(
-    object: &Object<'_>,
-    load: impl FnOnce(&Path, &MeshOptions) -> Result<LoadedMesh, MeshFileError>,
-) -> Result<BuiltShape, Issue> {
-    let path = object.file("filename")?;
-    let turns_uvs = object.plugin().property("flip_tex_coords").is_some();
-    let options = MeshOptions {
-        to_world: object.transform("to_world"),
-        face_normals: object.boolean("face_normals"),
-        flip_normals: object.boolean("flip_normals"),
-        flip_tex_coords: turns_uvs && object.boolean("flip_tex_coords"),
-        limits: object.limits().clone(),
-    };
-    let loaded = load(&path, &options).map_err(|error| {
-        let issue = Issue::new(object.place_of("filename"), error.to_string());
-        if let MeshProblem::Unpacked { .. } = error.problem() {
-            return issue.with_help("`--max-unpacked` raises the limit");
-        }
-        match (error.source_line(), error.column()) {
-            (Some(line), Some(_)) => issue.with_help(format!("the line is `{line}`")),
-            _ => issue,
-        }
-    })?;
-    for (message, help) in loaded.remarks.warnings() {
-        let message = format!("{}: {message}", path.display());
-        let issue = Issue::new(object.place_of("filename"), message);
-        object.warn(issue.with_help(help).once());
-    }
-    let has_uvs = !loaded.mesh.uvs().is_empty();
-    let file = Some(MeshFile { path, remarks: loaded.remarks, has_uvs });
-    Ok(BuiltShape { file, ..from_mesh(object, loaded.mesh, loaded.dropped)? })
-}
-
 fn primitive(
     object: &Object<'_>,
     make: fn(DAffine3, bool) -> (TriangleMesh, Dropped),
@@ -268,7 +172,7 @@ fn primitive(
     from_mesh(object, mesh, dropped)
 }
 
-fn from_mesh(
+pub(super) fn from_mesh(
     object: &Object<'_>,
     mesh: TriangleMesh,
     dropped: Dropped,

@@ -9,7 +9,7 @@ use crate::support::command::{Folder, PROGRAM, Run, SCENE};
 fn bad_usage_ends_with_2() {
     let folder = Folder::new();
     for (arguments, message) in [
-        ("render", "<SCENE>"),
+        ("render", "<SCENE_OR_MESH>"),
         ("paint scene.xml", "unrecognized subcommand 'paint'"),
         ("render scene.xml --colour", "unexpected argument '--colour'"),
         (
@@ -90,13 +90,20 @@ fn scene_errors_show_the_line() {
 fn help_mentions_every_option() {
     let folder = Folder::new();
     let help = folder.succeed("--help").stdout;
-    for part in
-        ["render", "inspect", "trace", "parity", "completions", "man", "Example: telamon render"]
-    {
+    for part in [
+        "render",
+        "scene",
+        "inspect",
+        "trace",
+        "parity",
+        "completions",
+        "man",
+        "Example: telamon render",
+    ] {
         assert!(help.contains(part), "{part}: {help}");
     }
     let options = [
-        "<SCENE>",
+        "<SCENE_OR_MESH>",
         "-o, --output <FILE>",
         "--spp <N>",
         "--size <WxH>",
@@ -115,12 +122,20 @@ fn help_mentions_every_option() {
         "--clamp <RADIANCE>",
         "--live <VIEWER>",
         "-q, --quiet",
+        "--up <AXIS>",
+        "--view <NAME|AZ,EL>",
+        "--fov <DEGREES>",
+        "--light <LIGHT>",
+        "--ground <ON|OFF>",
+        "--material <MATERIAL>",
+        "--background <COLOR>",
+        "--turntable <N>",
     ];
     let help = folder.succeed("render --help").stdout;
     for option in options {
         assert!(help.contains(option), "{option}: {help}");
     }
-    for heading in ["Input:", "Sampling:", "Output:", "Picture:"] {
+    for heading in ["Input:", "Sampling:", "Output:", "Picture:", "A mesh instead of a scene:"] {
         assert!(help.contains(heading), "{heading}: {help}");
     }
     assert!(folder.run("").stderr.contains("Usage: telamon <COMMAND>"));

@@ -20,11 +20,14 @@ use image::{ExtendedColorType, ImageFormat};
 use mutate::{Random, damage, png_with_sums};
 use telamon::film::read::read_exr;
 use telamon::load::mesh::{
-    LoadedMesh, MeshFileError, MeshOptions, load_obj, load_ply, load_serialized,
+    LoadedMesh, MeshFileError, MeshFormat, MeshOptions, load_obj, load_ply, load_serialized,
+    load_stl,
 };
 use telamon::load::{LoadOptions, Problem, load_scene, load_text};
 use telamon::measure::store::Store;
+use telamon::memory::Limits;
 use telamon::parity::Recorded;
+use telamon::studio::{Setup, Studio};
 
 /// Counts what is allocated, and ends the process where that is more than is allowed.
 #[global_allocator]
@@ -75,6 +78,15 @@ fn formats() -> Vec<Format> {
     let binary = seeds::ply("binary_little_endian");
     add("ply.gz", "a.ply", seeds::gzip(&binary), as_is, ply);
     add("ply in gz", "a.ply", binary, |bytes| seeds::gzip(&bytes), ply);
+    add("ascii stl", "a.stl", seeds::ascii_stl().into(), as_is, stl);
+    add("binary stl", "a.stl", seeds::binary_stl(), as_is, stl);
+    add("stl.gz", "a.stl", seeds::gzip(&seeds::binary_stl()), as_is, stl);
+    add("stl in gz", "a.stl", seeds::binary_stl(), |bytes| seeds::gzip(&bytes), stl);
+    add("ascii stl in gz", "a.stl", seeds::ascii_stl().into(), |b| seeds::gzip(&b), stl);
+    add("mtl", "a.mtl", seeds::MTL.into(), as_is, mtl);
+    add("obj with mtl", "a.obj", seeds::OBJ_OF_MTL.into(), as_is, obj_of_mtl);
+    add("obj as a picture", "a.obj", seeds::OBJ.into(), as_is, picture);
+    add("stl as a picture", "a.stl", seeds::binary_stl(), as_is, picture);
     let data = seeds::serialized_data();
     add("serialized", "a.serialized", seeds::serialized(&data), as_is, serialized);
     add("data of serialized", "a.serialized", data, |d| seeds::serialized(&d), serialized);
@@ -162,6 +174,55 @@ fn obj(path: &Path) -> bool {
 
 fn ply(path: &Path) -> bool {
     mesh(load_ply(path, &MeshOptions::default()))
+}
+
+/// With normals of its own, which no file has.
+fn stl(path: &Path) -> bool {
+    mesh(load_stl(path, &MeshOptions { max_smooth_angle: Some(40.0), ..MeshOptions::default() }))
+}
+
+/// An OBJ file in a scene without materials.
+fn obj_in_scene(folder: &Path) -> bool {
+    let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"obj\">\
+                <string name=\"filename\" value=\"a.obj\"/></shape></scene>";
+    match load_text(text, &folder.join("a.xml"), &LoadOptions::default()) {
+        Ok(_) => true,
+        Err(error) => {
+            judge(error.problems());
+            false
+        }
+    }
+}
+
+/// The file beside a whole mesh.
+fn mtl(path: &Path) -> bool {
+    fs::write(path.with_extension("obj"), seeds::OBJ_OF_MTL).expect("writable");
+    fs::write(path.with_file_name("a.png"), seeds::interlaced_palette_png()).expect("writable");
+    obj_in_scene(path.parent().expect("in a folder"))
+}
+
+/// The file beside whole materials.
+fn obj_of_mtl(path: &Path) -> bool {
+    fs::write(path.with_extension("mtl"), seeds::MTL).expect("writable");
+    fs::write(path.with_file_name("a.png"), seeds::interlaced_palette_png()).expect("writable");
+    obj_in_scene(path.parent().expect("in a folder"))
+}
+
+/// The scene that is made of a mesh.
+fn picture(path: &Path) -> bool {
+    let format = MeshFormat::of(path).expect("a mesh's name");
+    match Studio::new(path, format, &Setup::default(), 1, &Limits::default()) {
+        Ok(studio) => {
+            let loaded = load_text(&studio.scene(), &studio.name(), &LoadOptions::default());
+            // The mesh has something to be seen, so there is nothing wrong with what was made up around it; its
+            // materials may be.
+            loaded.is_ok() || fs::metadata(path.with_extension("mtl")).is_ok()
+        }
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            false
+        }
+    }
 }
 
 fn serialized(path: &Path) -> bool {

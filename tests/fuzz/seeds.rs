@@ -230,3 +230,39 @@ pub(crate) const TILES: Blocks = Blocks::Tiles(Vec2(8, 8));
 pub(crate) const RAYS: &str = "{\"index\":3,\"family\":\"pair\",\"origin\":[\"0x1.8p+0\",\"0x0p+0\",\"-0x1p-149\"],\
 \"direction\":[\"0x1p+0\",\"0x0p+0\",\"0x0p+0\"],\"t_min\":\"0x0p+0\",\"t_max\":\"inf\",\"time\":\"0x1p-1\"}\n\n\
 {\"origin\":[0.5,1e-3,-2],\"direction\":[0,0,1]}\n";
+
+/// Materials without highlights, whose tables would take longer than all the reading.
+pub(crate) const MTL: &str = "newmtl red\nKd 1 0 0\nKs 0 0 0\nNs 98\nNi 1.4\nillum 1\nmap_Kd -s 2 2 -o .5 a.png\nbump -bm .5 a.png\n\
+newmtl blue\nKd 0 0 1\nKe 1 1 1\nd .5\nmap_d a.png\nnorm a.png\nPr 1\n\
+newmtl glass\nillum 7\nNi 1.5\nTf .9 1 1\nKd .1 .1 .1\nnewmtl mirror\nillum 3\nKd .2 .2 .2\nKs 0 0 0\n";
+
+/// A mesh of those.
+pub(crate) const OBJ_OF_MTL: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\n\
+usemtl red\ns 1\nf 1/1 2/2 3/3\nusemtl blue\nf 1 3 4\nusemtl glass\ns off\nf 1 2 5\nusemtl mirror\nf 2 3 4 5\n";
+
+/// Some triangles.
+const STL: [[[f32; 3]; 3]; 3] = [
+    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
+];
+
+pub(crate) fn ascii_stl() -> String {
+    let facet = |corners: &[[f32; 3]; 3]| {
+        let vertices: String =
+            corners.iter().map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).collect();
+        format!("facet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    format!("solid a\n{}endsolid a\n", STL.iter().map(facet).collect::<String>())
+}
+
+pub(crate) fn binary_stl() -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((STL.len() as u32).to_le_bytes());
+    for corners in STL {
+        bytes.extend([0; 12]);
+        bytes.extend(corners.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}

@@ -9,6 +9,7 @@
 mod embreex;
 mod engines;
 mod judge;
+mod made_up;
 mod mitsuba;
 mod pictures;
 

@@ -192,10 +192,7 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<Ending, Failure> {
         let accel = self.input.accel();
         let limits = self.input.resources.limits();
-        let mut description = self.input.load(&limits)?.description;
-        if let Some(Size { width, height }) = self.size {
-            description.resize(width, height)?;
-        }
+        let mut description = self.input.load(&limits, self.size, self.quiet)?.description;
         if let Some(crop) = self.crop {
             description.crop_to(crop)?;
         }

@@ -1,12 +1,16 @@
 //! The buffers of a mesh while it is read, and how they are put into the world.
 
+use std::mem;
+
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec3A};
 
 use super::error::{Fault, MeshProblem};
 use super::polygons::{self, Polygons};
 use super::remarks::Remarks;
-use super::{LoadedMesh, MeshOptions};
+use super::runs::Runs;
+use super::{LoadedMesh, MeshOptions, smooth};
 use crate::shape::TriangleMesh;
+use crate::shape::mesh::{Dropped, MeshError};
 
 /// A mesh, or the piece of one that a block of a file holds.
 #[derive(Debug, Default)]
@@ -18,9 +22,16 @@ pub(super) struct Buffers {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) polygons: Polygons,
     pub(super) remarks: Remarks,
+    /// Groups of faces that are smooth among each other, 0 for those that are flat; `None` where the file does not say.
+    pub(super) smoothing: Runs<Option<u32>>,
 }
 
 impl Buffers {
+    /// Where a vertex is.
+    pub(super) fn position(&self, vertex: u32) -> DVec3 {
+        self.positions[vertex as usize].as_dvec3()
+    }
+
     /// Bytes of a vertex with these attributes.
     pub(super) fn vertex_bytes(has_normals: bool, has_uvs: bool) -> u64 {
         let if_kept = |kept, size| if kept { size } else { 0 };
@@ -41,8 +52,8 @@ impl Buffers {
         self.polygons.append(&piece.polygons);
     }
 
-    /// The mesh, with no memory to spare.
-    pub(super) fn finish(mut self, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
+    /// Cuts polygons, makes normals where they are asked for, and says what was left out.
+    pub(super) fn prepare(&mut self, options: &MeshOptions) -> Result<Remarks, Fault> {
         if self.triangles.is_empty() {
             return Err(MeshProblem::NoFaces { vertices: self.positions.len() }.into());
         }
@@ -60,15 +71,82 @@ impl Buffers {
                 triangle.swap(1, 2);
             }
         }
+        if let Some(angle) = options.max_smooth_angle {
+            let groups = (!self.smoothing.is_empty())
+                .then(|| self.smoothing.values(self.triangles.len(), None, &replaced));
+            smooth::smooth(self, angle, groups.as_deref())?;
+        }
+        Ok(Remarks { replaced, crossing, ..mem::take(&mut self.remarks) })
+    }
+
+    /// The mesh.
+    pub(super) fn loaded(mut self, options: &MeshOptions) -> Result<LoadedMesh, Fault> {
+        let remarks = self.prepare(options)?;
+        let (mesh, dropped) = self.finish()?;
+        Ok(LoadedMesh { mesh, dropped, remarks })
+    }
+
+    /// The mesh, prepared, with no memory to spare.
+    fn finish(mut self) -> Result<(TriangleMesh, Dropped), Fault> {
         self.positions.shrink_to_fit();
         self.normals.shrink_to_fit();
         self.uvs.shrink_to_fit();
         self.triangles.shrink_to_fit();
-        let (mesh, dropped) =
-            TriangleMesh::new(self.positions, self.triangles, self.normals, self.uvs)?;
-        let remarks = Remarks { replaced, crossing, ..self.remarks };
-        Ok(LoadedMesh { mesh, dropped, remarks })
+        Ok(TriangleMesh::new(self.positions, self.triangles, self.normals, self.uvs)?)
     }
+
+    /// The meshes, prepared, of the triangles of each number below `count`, unless there are none; each has the
+    /// vertices that it uses.
+    pub(super) fn split(self, numbers: &[u32], count: usize) -> Result<Vec<PartOfMesh>, Fault> {
+        let vertices = self.positions.len();
+        let mut triangles_of = vec![Vec::new(); count];
+        for (triangle, &number) in self.triangles.iter().zip(numbers) {
+            if let Some(&vertex) = triangle.iter().find(|&&i| i as usize >= vertices) {
+                return Err(MeshError::IndexOutOfRange { triangle: 0, vertex, vertices }.into());
+            }
+            triangles_of[number as usize].push(*triangle);
+        }
+        // For each vertex, for which part it was last taken, and its index there.
+        let mut taken = vec![(usize::MAX, 0_u32); vertices];
+        let mut parts = Vec::new();
+        for (number, mut triangles) in triangles_of.into_iter().enumerate() {
+            if triangles.is_empty() {
+                continue;
+            }
+            let mut used = Vec::new();
+            for vertex in triangles.as_flattened_mut() {
+                let place = &mut taken[*vertex as usize];
+                if place.0 != number {
+                    *place = (number, used.len() as u32);
+                    used.push(*vertex as usize);
+                }
+                *vertex = place.1;
+            }
+            let part = Self {
+                positions: used.iter().map(|&i| self.positions[i]).collect(),
+                normals: gather(&self.normals, &used),
+                uvs: gather(&self.uvs, &used),
+                triangles,
+                ..Self::default()
+            };
+            let (mesh, dropped) = part.finish()?;
+            parts.push(PartOfMesh { number: number as u32, mesh, dropped });
+        }
+        Ok(parts)
+    }
+}
+
+/// The triangles of one number.
+#[derive(Debug)]
+pub(super) struct PartOfMesh {
+    pub(super) number: u32,
+    pub(super) mesh: TriangleMesh,
+    pub(super) dropped: Dropped,
+}
+
+/// The values of some vertices; nothing if there are none.
+fn gather<T: Copy>(values: &[T], used: &[usize]) -> Vec<T> {
+    if values.is_empty() { Vec::new() } else { used.iter().map(|&i| values[i]).collect() }
 }
 
 /// What happens to each value of a file on its way into the world.

@@ -178,6 +178,19 @@ pub enum MeshProblem {
         /// How many are declared.
         count: i64,
     },
+    /// A keyword that STL files do not have.
+    #[error(
+        "unknown keyword `{keyword}` (expected solid, facet, outer loop, vertex, endloop, endfacet or endsolid)"
+    )]
+    UnknownStlKeyword {
+        /// The word in the file.
+        keyword: String,
+    },
+    /// Not an STL file at all.
+    #[error(
+        "not an STL file (one is text that begins with `solid`, or has 84 bytes before its facets)"
+    )]
+    NotStl,
     /// Not a PLY file at all.
     #[error("not a PLY file (the first line of one is `ply`)")]
     NotPly,

@@ -45,6 +45,18 @@ pub(in crate::load) struct Replaced {
     fan: Triangles,
 }
 
+impl Replaced {
+    /// The first of its triangles, among those that there are now.
+    pub(super) fn at(&self) -> usize {
+        self.at
+    }
+
+    /// How many more triangles it has than the fan had.
+    pub(super) fn growth(&self) -> isize {
+        self.count as isize - self.fan.len() as isize
+    }
+}
+
 /// What became of the polygons.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {

@@ -10,7 +10,7 @@ const MOST_NAMES: usize = 5;
 /// What is not as the file says, or not as it may be meant.
 #[derive(Clone, Debug, Default)]
 pub struct Remarks {
-    /// The materials that an OBJ file names: none of them is read.
+    /// The materials that an OBJ file names.
     pub materials: Materials,
     /// Statements of an OBJ file that describe what is no polygon, or change how others are shown.
     pub(super) statements: Statements,

@@ -15,6 +15,9 @@ property float z\nproperty float nx\nproperty float ny\nproperty float nz\nprope
 property float v\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
 0 0 0 0 0.6 0.8 0 0.25\n1 0 0 0 0.6 0.8 0 0.25\n0 1 0 0 0.6 0.8 0 0.25\n3 0 1 2\n";
 
+const STL: &str = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n\
+endfacet\nendsolid\n";
+
 /// Loads a scene of one mesh `mesh.TYPE` with this text and these further properties.
 fn load(plugin: &str, mesh: impl AsRef<[u8]>, inner: &str) -> Result<Loaded, LoadError> {
     let folder = tempfile::tempdir().expect("a folder");
@@ -29,9 +32,12 @@ fn load(plugin: &str, mesh: impl AsRef<[u8]>, inner: &str) -> Result<Loaded, Loa
 #[test]
 fn every_property_has_an_effect() {
     let serialized = super::super::mesh::serialized_example(4);
-    for (plugin, mesh) in
-        [("obj", OBJ.as_bytes()), ("ply", PLY.as_bytes()), ("serialized", &serialized)]
-    {
+    for (plugin, mesh) in [
+        ("obj", OBJ.as_bytes()),
+        ("ply", PLY.as_bytes()),
+        ("stl", STL.as_bytes()),
+        ("serialized", &serialized),
+    ] {
         let info = supported()
             .find(|p| p.category() == Category::Shape && p.name == plugin)
             .expect("in the table");
@@ -45,6 +51,7 @@ fn every_property_has_an_effect() {
             let set = |value| shape(&format!("<boolean name='{name}' value='{value}'/>"));
             let changed = match name {
                 "to_world" => shape("<transform name='to_world'><translate x='2'/></transform>"),
+                "max_smooth_angle" => shape("<float name='max_smooth_angle' value='30'/>"),
                 "shape_index" => shape("<integer name='shape_index' value='1'/>"),
                 _ if property.default.to_string() == "true" => set(false),
                 _ => set(true),
@@ -125,25 +132,51 @@ fn missing_texture_coordinates_are_said() {
 
 /// Once for a file, unless the scene gives the shape a material and the file has no more than one.
 #[test]
-fn materials_that_are_not_read_are_said() {
+fn materials_that_are_not_used_are_said() {
     let one = format!("mtllib my.mtl\n{SQUARE}usemtl red\nf 1 2 3\n");
     let two = format!("{one}usemtl blue\nf 1 3 4\n");
     let unnamed = format!("{SQUARE}usemtl red\nf 1 2 3\n");
     let unused = format!("mtllib my.mtl\n{SQUARE}f 1 2 3\n");
     let grey = "<bsdf type='diffuse'/>";
     for (mesh, inner, expected) in [
-        (&one, "", vec!["mesh.obj: the materials `red` in `my.mtl` are not read"]),
+        (
+            &one,
+            "",
+            vec![
+                "mesh.obj: the materials `red` in `my.mtl` are not used: no such file is beside the mesh, or it does not \
+                 define them",
+            ],
+        ),
         (&one, grey, vec![]),
-        (&two, "", vec!["mesh.obj: the materials `red`, `blue` in `my.mtl` are not read"]),
+        (
+            &two,
+            "",
+            vec![
+                "mesh.obj: the materials `red`, `blue` in `my.mtl` are not used: no such file is beside the mesh, or it \
+                 does not define them",
+            ],
+        ),
         (
             &two,
             grey,
             vec![
-                "mesh.obj: the materials `red`, `blue` in `my.mtl` are not read: all faces have that of the shape",
+                "mesh.obj: the materials `red`, `blue` in `my.mtl` are not used: all faces have that of the shape",
             ],
         ),
-        (&unnamed, "", vec!["mesh.obj: the materials `red` (`usemtl`) are not read"]),
-        (&unused, "", vec!["mesh.obj: the materials in `my.mtl` are not read"]),
+        (
+            &unnamed,
+            "",
+            vec![
+                "mesh.obj: the materials `red` (`usemtl`) are not used: the file names no .mtl file (`mtllib`)",
+            ],
+        ),
+        (
+            &unused,
+            "",
+            vec![
+                "mesh.obj: the materials in `my.mtl` are not used: no face asks for one (`usemtl`)",
+            ],
+        ),
         (&unused, grey, vec![]),
     ] {
         assert_eq!(messages(&load("obj", mesh, inner).expect("valid")), expected, "{inner}");

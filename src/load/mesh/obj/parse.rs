@@ -8,6 +8,7 @@ use super::super::buffers::Placement;
 use super::super::error::{Fault, MeshProblem, Place, excerpt};
 use super::super::polygons::Polygons;
 use super::super::remarks::{Materials, Statements};
+use super::super::runs::Runs;
 use super::super::text::{Cursor, ends_word, parse_integer};
 use super::Attributes;
 use super::corners::Corner;
@@ -68,6 +69,12 @@ pub(super) struct Part {
     pub(super) polygons: Polygons,
     pub(super) materials: Materials,
     pub(super) statements: Statements,
+    /// Names after `mtllib`.
+    pub(super) libraries: Vec<String>,
+    /// Names after `usemtl`.
+    pub(super) used: Runs<String>,
+    /// Numbers after `s`, 0 for none.
+    pub(super) smoothing: Runs<u32>,
     pub(super) furthest: [Option<Reference>; 3],
 }
 
@@ -112,9 +119,23 @@ pub(super) fn parse(
                 known.0[2] += 1;
             }
             b"f" => face(cursor, known, &mut part)?,
-            b"o" | b"g" | b"s" => {}
-            b"mtllib" => part.materials.libraries.add(&name(cursor)),
-            b"usemtl" => part.materials.used.add(&name(cursor)),
+            b"o" | b"g" => {}
+            b"s" => {
+                let group = cursor.word();
+                // Anything but a number above 0 is `off`.
+                let group = parse_integer(group).0.and_then(|g| u32::try_from(g).ok());
+                part.smoothing.begin(part.triangles.len(), group.unwrap_or(0));
+            }
+            b"mtllib" => {
+                let name = name(cursor);
+                part.materials.libraries.add(&excerpt(name.as_bytes()));
+                part.libraries.push(name);
+            }
+            b"usemtl" => {
+                let name = name(cursor);
+                part.materials.used.add(&excerpt(name.as_bytes()));
+                part.used.begin(part.triangles.len(), name);
+            }
             keyword if part.statements.note(keyword) => {}
             keyword => {
                 let keyword = excerpt(keyword);
@@ -151,7 +172,7 @@ fn numbers(
 fn name(cursor: &mut Cursor) -> String {
     let line = if cursor.line_ends() { &[][..] } else { cursor.rest() };
     let end = line.iter().position(|&b| b == b'\n').unwrap_or(line.len());
-    excerpt(line[..end].trim_ascii())
+    String::from_utf8_lossy(line[..end].trim_ascii()).into_owned()
 }
 
 /// A polygon as a fan around its first corner.

@@ -33,5 +33,5 @@ pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fau
     }
     let Content { mut buffers, wedges, .. } = content;
     wedges.split(&mut buffers)?;
-    buffers.finish(options)
+    buffers.loaded(options)
 }

@@ -163,7 +163,7 @@ impl Mesh {
         }
         // Reads on to the checksum.
         match self.data.remaining(1) {
-            Ok(false) => buffers.finish(options),
+            Ok(false) => buffers.loaded(options),
             Ok(true) => {
                 let place =
                     Place::Data { mesh: self.index, offset: self.data.position(), record: None };
