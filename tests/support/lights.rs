@@ -87,7 +87,7 @@ pub(crate) fn lights() -> Vec<Light> {
         ));
     }
     // What is read from a file is a mesh as the cube is one.
-    let mesh: &[&str] = &["cube", "obj", "ply", "serialized"];
+    let mesh: &[&str] = &["cube", "obj", "ply", "serialized", "stl"];
     // The same square, seen as the underside of a cube.
     let raised = DAffine3::from_translation(DVec3::Z * 3.0);
     let cube = Arc::new(primitives::cube(raised, false).0);
