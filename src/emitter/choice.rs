@@ -188,7 +188,7 @@ impl EmitterChoice {
         if let Some(any) = area.as_ref().iter().flatten().next() {
             // In the other lanes any will do.
             let areas = R::each(|i| area.as_ref()[i].unwrap_or(any));
-            // By itself, as it is long: so the pool's turn is compiled in half of the time.
+            // By itself, as it is long.
             samples = R::vectorize(
                 token,
                 #[inline(always)]
