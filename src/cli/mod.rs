@@ -19,6 +19,7 @@ mod completions;
 mod definitions;
 mod effort;
 mod excerpt;
+mod finished;
 mod inspect;
 mod interrupt;
 mod live;

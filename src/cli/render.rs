@@ -15,14 +15,13 @@ use telamon::intersect::{self, Intersector};
 use telamon::load::mesh::MeshFormat;
 use telamon::load::{LoadOptions, load_text};
 use telamon::memory::Limits;
-use telamon::render::{
-    Description, Ended, MOST_THREADS, Preview, Progress, SampleId, Statistics, render,
-};
+use telamon::render::{Description, Ended, MOST_THREADS, Preview, Progress, render};
 use telamon::sampler::SamplerKind;
 
+use super::finished::{Finished, samples_per_pixel};
 use super::live::{Live, Viewer, Waiting};
-use super::message::{Failure, say, warn, warn_with_help};
-use super::progress::{Bar, millions_per_second};
+use super::message::{Failure, say, warn};
+use super::progress::Bar;
 use super::values::{self, Output, Size};
 use super::{Ending, Input, effort, interrupt, picture, turntable, usage};
 
@@ -148,16 +147,6 @@ pub(super) struct Arguments {
     threads: Option<u16>,
 }
 
-/// A finished render, with what its files need to know.
-struct Finished {
-    picture: Picture,
-    metadata: Metadata,
-    statistics: Statistics,
-    /// Samples per pixel that were asked for.
-    asked: u32,
-    threads: usize,
-}
-
 impl Arguments {
     pub(super) fn run(&self) -> Result<Ending, Failure> {
         let outputs = self.outputs();
@@ -226,8 +215,8 @@ impl Arguments {
         let build = start.elapsed();
 
         let cancel = interrupt::watch()?;
+        let timings = [load, build];
         if cameras.is_empty() {
-            let timings = [load, build];
             let (finished, mut live) =
                 self.render(&description, engine.as_ref(), timings, &cancel, viewers)?;
             let ending = self.conclude(&finished, outputs);
@@ -237,10 +226,9 @@ impl Arguments {
         let mut ending = Ending::Done;
         for (number, camera) in (0..).zip(cameras) {
             description.camera = camera;
-            let timings = [load, build];
-            let unseen = Waiting::open(&[])?;
+            let nobody = Waiting::default();
             let (finished, _) =
-                self.render(&description, engine.as_ref(), timings, &cancel, unseen)?;
+                self.render(&description, engine.as_ref(), timings, &cancel, nobody)?;
             let outputs = turntable::outputs(outputs, number).unwrap_or_default();
             match self.conclude(&finished, &outputs)? {
                 Ending::Interrupted => return Ok(Ending::Interrupted),
@@ -333,7 +321,7 @@ impl Arguments {
             warn("interrupted before the first sample; nothing is written");
             return Ok(Ending::Interrupted);
         }
-        warn_of(statistics);
+        finished.warn();
         let mut failures = Vec::new();
         let mut places = Vec::new();
         for output in outputs {
@@ -366,40 +354,6 @@ impl Arguments {
     }
 }
 
-impl Finished {
-    /// One line on what was done, and how fast.
-    fn summary(&self, names: &str) -> String {
-        let Self { metadata, statistics, threads, .. } = self;
-        let seconds = |d: Duration| format!("{:.2} s", d.as_secs_f64());
-        let errors = statistics.errors.map(|e| format!("; {}", effort::describe(&e)));
-        let errors = errors.unwrap_or_default();
-        format!(
-            "{names}: {} samples per pixel with {} on {}{errors}; load {}, build {}, render {}; {} Mpaths/s, {} \
-             Mrays/s",
-            self.samples(),
-            metadata.backend,
-            if *threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") },
-            seconds(metadata.load),
-            seconds(metadata.build),
-            seconds(metadata.render),
-            millions_per_second(statistics.samples, statistics.elapsed),
-            millions_per_second(statistics.rays.total(), statistics.elapsed),
-        )
-    }
-}
-
-impl Finished {
-    /// `"4"`; if pixels differ, the mean and the range.
-    fn samples(&self) -> String {
-        let (least, most) = self.statistics.samples_per_pixel;
-        if least == most {
-            return least.to_string();
-        }
-        let mean = self.statistics.samples as f64 / self.picture.pixels() as f64;
-        format!("{mean:.1} ({least} to {most})")
-    }
-}
-
 /// Refuses files that cannot hold what the scene makes: PNG files of layers alone, and a variance beside
 /// a layer of the same name.
 fn check_formats(description: &Description, outputs: &[Output]) -> Result<(), OutputError> {
@@ -417,33 +371,5 @@ fn check_formats(description: &Description, outputs: &[Output]) -> Result<(), Ou
             Err(OutputError::Unfit { path, reason })
         }
         _ => Ok(()),
-    }
-}
-
-/// `"4"`, or `"3 to 4"`.
-fn samples_per_pixel((least, most): (u32, u32)) -> String {
-    if least == most { least.to_string() } else { format!("{least} to {most}") }
-}
-
-/// Numbers that should be 0.
-fn warn_of(statistics: &Statistics) {
-    if let Some(first) = statistics.non_finite_examples.first() {
-        let SampleId { x, y, sample, seed } = first;
-        let text = format!(
-            "samples that were not finite and are left out: {}; the first is sample {sample} of pixel {x},{y} \
-             with seed {seed}",
-            statistics.non_finite
-        );
-        let help = format!(
-            "`telamon trace` follows its path: give it the same scene, --define, --size, --backend and --accel, \
-             and --pixel {x},{y} --sample {sample} --seed {seed}"
-        );
-        warn_with_help(text, help);
-    }
-    if statistics.rays.untraceable > 0 {
-        warn(format!(
-            "rays that left the range of 32-bit floats and so hit nothing: {}",
-            statistics.rays.untraceable
-        ));
     }
 }

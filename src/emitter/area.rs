@@ -95,13 +95,7 @@ impl Area {
             if are_one && !(area[0].is_split() && parts.iter().any(Option::is_some)) {
                 area[0].primitives.sample_each::<R>(u.x)
             } else {
-                let chosen = R::each(|i| area[i].choose(parts[i], u.x.lane(i)));
-                let chosen = chosen.as_ref();
-                Choices {
-                    index: R::each(|i| chosen[i].index as u32),
-                    probability: R::Double::from_fn(token, |i| chosen[i].probability),
-                    rest: R::Double::from_fn(token, |i| chosen[i].rest),
-                }
+                Choices::from_fn(token, |i| area[i].choose(parts[i], u.x.lane(i)))
             };
         let u = real::Vec2::new(rest, u.y).narrow().map(|u| u.min(ONE_MINUS_ULP));
         let shapes = R::each(|i| area[i].shape.as_ref());

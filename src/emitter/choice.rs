@@ -229,10 +229,14 @@ impl EmitterChoice {
         receiver: &Receiver,
         sight: &Sight<'_>,
     ) -> f32 {
-        let (part, part_pdf) = emitters[emitter].part_pdf_toward(sight);
-        let pdf = emitters[emitter].pdf_toward(sight);
-        let (emitter, part) = ([emitter as u32], [part as u32]);
-        self.pdf_each::<f32>(&emitter, &part, pdf, part_pdf, &(*receiver).into())
+        let Some(distribution) = &self.distribution else { return 0.0 };
+        let by_part = self.parts.is_some() && distribution.probability(emitter) == 0.0;
+        let (part, pdf) = if by_part {
+            emitters[emitter].part_pdf_toward(sight)
+        } else {
+            (0, emitters[emitter].pdf_toward(sight))
+        };
+        self.pdf_each::<f32>(&[emitter as u32], &[part as u32], pdf, pdf, &(*receiver).into())
     }
 
     /// The same of what is seen of an area light in each lane.

@@ -76,12 +76,8 @@ impl LightBounds {
         let is_dark =
             cos_emitter.lt(self.cos_emission - LEAST_COSINE) | cos_receiver.lt(-LEAST_COSINE);
         let cosines = cos_emitter.max(LEAST_COSINE) * cos_receiver.max(LEAST_COSINE);
-        let cosines = R::select(
-            is_inside,
-            R::splat(token, 1.0),
-            R::select(is_dark, R::splat(token, 0.0), cosines),
-        );
-        let squared = R::select(is_inside, R::splat(token, self.radius_squared), squared);
+        let cosines = R::select(is_inside, 1.0, R::select(is_dark, 0.0, cosines));
+        let squared = R::select(is_inside, self.radius_squared, squared);
         let intensity = R::Double::splat(token, self.intensity.into());
         intensity / squared.max(f32::MIN_POSITIVE).widen() * cosines.widen()
     }

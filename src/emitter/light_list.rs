@@ -7,8 +7,8 @@ use crate::math::real::{Float, Lanes, Mask, Real, Uint};
 
 /// A list of lights, each chosen in proportion to its importance for the receiver.
 ///
-/// In lanes, weighing one light for eight receivers is about as dear as a step down a [`LightBvh`](super::LightBvh) for one of
-/// them, and a light's own bounds tell more than those of the nodes above it.
+/// All lanes weigh a light at once, and walk down a [`LightBvh`](super::LightBvh) one after the other: with 32 lamps in a
+/// room, paths take 0.85 of the instructions that they take with the tree.
 #[derive(Clone, Debug)]
 pub(super) struct LightList {
     /// Those that shine, with their indices.
@@ -130,9 +130,11 @@ mod tests {
             let sum: f64 = all.iter().sum();
             // One rounding of each share.
             let rounding = MOST as f64 * f64::EPSILON;
+            // All others together may have been raised to as much.
+            let least = LEAST_SHARE / (1.0 + MOST as f64 * LEAST_SHARE) * (1.0 - rounding);
             for (light, &share) in all.iter().enumerate() {
                 let in_tree = bvh.probability(&receiver, light) > 0.0;
-                assert!(share > 0.9 * LEAST_SHARE || share == 0.0 && !in_tree, "{light}: {share}");
+                assert!(share >= least || share == 0.0 && !in_tree, "{light}: {share}");
             }
             // Intervals of the number are as long as the shares, one after the other.
             let (mut light, mut below) = (0, 0.0);

@@ -8,7 +8,7 @@ use crate::math::{Rgb, UNIT_ROUNDOFF};
 use crate::ray::{Ray, RayEnd, RayEnds, RayLanes, Rays};
 use crate::shape::{Interaction, SurfacePoint};
 
-/// Light that arrives at a point, chosen by [`Emitter::sample_toward`].
+/// Light that arrives at a point, chosen by [`Emitter::sample_toward`](super::Emitter::sample_toward).
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
     /// Unit direction towards the light.

@@ -96,15 +96,7 @@ impl Discrete {
                     rest: R::Double::select(rest.lt(BELOW_ONE), rest, BELOW_ONE),
                 }
             }
-            _ => {
-                let choices = R::each(|i| self.sample(u.lane(i)));
-                let choices = choices.as_ref();
-                Choices {
-                    index: R::each(|i| choices[i].index as u32),
-                    probability: R::Double::from_fn(token, |i| choices[i].probability),
-                    rest: R::Double::from_fn(token, |i| choices[i].rest),
-                }
-            }
+            _ => Choices::from_fn(token, |i| self.sample(u.lane(i))),
         }
     }
 }
@@ -118,6 +110,21 @@ pub struct Choices<R: Real> {
     pub probability: R::Double,
     /// See [`Choice::rest`].
     pub rest: R::Double,
+}
+
+impl<R: Real> Choices<R> {
+    /// What `choice` says of each lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn from_fn(token: R::Token, choice: impl FnMut(usize) -> Choice) -> Self {
+        let choices = R::each(choice);
+        let choices = choices.as_ref();
+        Self {
+            index: R::each(|i| choices[i].index as u32),
+            probability: R::Double::from_fn(token, |i| choices[i].probability),
+            rest: R::Double::from_fn(token, |i| choices[i].rest),
+        }
+    }
 }
 
 /// What [`Discrete::sample`] chose.

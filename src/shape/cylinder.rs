@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, Vec2, Vec3A};
 
-use super::sample::{area_pdf_toward, area_sample_toward};
+use super::sample::area_sample_toward;
 use super::{
     Analytic, Crossing, Geometry, NEAR_EDGE, NearEdge, OFF_EDGE, Shape, ShapeSample, SurfacePoint,
     rounding_of,
@@ -227,16 +227,6 @@ impl Shape for Cylinder {
         let parameters = Vec2::new(f32::from(u8::from(leaves)), 0.0);
         let point = SurfacePoint { parameters, ..point };
         area_sample_toward(self.primitive_area(primitive), from, point)
-    }
-
-    fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
-        let normal = point.geometric_normal.into();
-        area_pdf_toward::<f32>(
-            self.primitive_area(primitive),
-            from.into(),
-            point.position.into(),
-            normal,
-        )
     }
 
     fn bytes(&self) -> usize {

@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3A};
 
-use super::sample::{area_pdf_toward, area_sample_toward};
+use super::sample::area_sample_toward;
 use super::{
     Analytic, Crossing, Geometry, NEAR_EDGE, NearEdge, OFF_EDGE, Shape, ShapeSample, SurfacePoint,
     rounding_of,
@@ -208,11 +208,6 @@ impl Shape for Disk {
     fn sample_primitive(&self, _primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let p = Vec2::from(warp::square_to_uniform_disk(u.into()));
         area_sample_toward(self.area, from, self.surface_at(p.as_dvec2()))
-    }
-
-    fn primitive_pdf(&self, _primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
-        let normal = point.geometric_normal.into();
-        area_pdf_toward::<f32>(self.area, from.into(), point.position.into(), normal)
     }
 
     fn bytes(&self) -> usize {

@@ -6,7 +6,6 @@ use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::primitive_lanes::{PrimitiveLane, PrimitiveLanes};
-use super::sample::area_pdf_toward;
 use super::triangle::{self, Triangle};
 use super::{Arrivals, Geometry, Interaction, Shape, ShapeSample, ShapeSamples, SurfacePoint};
 use crate::math::{Aabb, Cone, vector as real};
@@ -251,16 +250,6 @@ impl Shape for TriangleMesh {
     fn sample_primitive(&self, primitive: usize, from: DVec3, u: Vec2) -> Option<ShapeSample> {
         let primitives = [primitive as u32];
         ShapeSamples::<f32>::new(&[self], &primitives, from.into(), u.into()).lane(0)
-    }
-
-    fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
-        let normal = point.geometric_normal.into();
-        area_pdf_toward::<f32>(
-            self.primitive_area(primitive),
-            from.into(),
-            point.position.into(),
-            normal,
-        )
     }
 
     fn bytes(&self) -> usize {

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
+use self::sample::area_pdf_toward;
 use crate::math::{Aabb, Cone, UNIT_ROUNDOFF as U, type_word};
 use crate::ray::{Hit, Inward, Ray, RayEnd};
 
@@ -132,10 +133,11 @@ pub trait Shape: Debug + Send + Sync {
     }
 
     /// Density with which [`Shape::sample_primitive`] chooses the direction from `from` to `point`,
-    /// which lies on that primitive, in sr⁻¹; 0 where it never does.
+    /// which lies on that primitive, in sr⁻¹; 0 where it never does. Unless said otherwise, that of points chosen uniformly.
     /// In f64, because a primitive may be too small for its density to be an f32.
-    fn primitive_pdf(&self, _primitive: usize, _from: DVec3, _point: &SurfacePoint) -> f64 {
-        0.0
+    fn primitive_pdf(&self, primitive: usize, from: DVec3, point: &SurfacePoint) -> f64 {
+        let (position, normal) = (point.position.into(), point.geometric_normal.into());
+        area_pdf_toward::<f32>(self.primitive_area(primitive), from.into(), position, normal)
     }
 
     /// Bytes held by the shape's buffers.

@@ -278,7 +278,7 @@ impl<R: Real> Spheres<R> {
         let (position, normal) = self.surface_at(warp::square_to_uniform_sphere(u).widen());
         let to = Toward::new(self.area(), from, position, normal);
         let leaves = (normal.dot((position - from).narrow()) * self.side).gt(0.0);
-        let leaves = R::select(leaves, R::splat(token, 1.0), 0.0);
+        let leaves = R::select(leaves, 1.0, R::splat(token, 0.0));
         ShapeSamples {
             exists: to.exists,
             position,

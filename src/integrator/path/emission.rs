@@ -4,6 +4,7 @@ use super::{Carried, LastEdge, Path, Strategy};
 use crate::emitter::{Area, Receivers, Sight};
 use crate::integrator::tracer::CameraView;
 use crate::integrator::{Estimate, Tracer, Vertex};
+use crate::math::Rgb;
 use crate::math::real::{Lanes, Mask, Real};
 use crate::math::vector::Vec3;
 use crate::ray::Ray;
@@ -176,7 +177,7 @@ impl Path {
                 self.background(tracer, from, ray.direction.into(), &edges)
             }
         };
-        estimate.radiance += path.throughput * crate::math::Rgb::from(seen);
+        estimate.radiance += path.throughput * Rgb::from(seen);
     }
 
     /// The rest of a ray from the camera that looks through an emitter.
