@@ -1,7 +1,8 @@
 //! The limit: what the path tracer adds to bare Embree.
 //!
 //! Records the rays that a render of a scene really traces, then traces the recorded rays with bare
-//! Embree calls from C on the same number of threads, and compares the two, interleaved.
+//! Embree calls from C on the same number of threads, and compares the two, interleaved: in the order and the packets of the
+//! render (eight for closest hits, shadow rays by themselves), and one ray at a time.
 //!
 //! ```text
 //! cargo bench --features bare --bench limit -- [SCENE.xml]... [-D NAME=VALUE]... [--dragon MESH.ply]
@@ -62,23 +63,30 @@ fn measure(name: &str, description: &Description) -> Outcome {
 
     let threads = rayon::current_num_threads();
     let scene = bare::Scene::new(&meshes, bare::Mode::Robust, threads);
-    let bare = || queries.par_chunks(1 << 14).map(|chunk| scene.trace(chunk)).sum::<usize>();
+    let bare = |way: fn(&bare::Scene, &[bare::Query]) -> usize| {
+        seconds(|| queries.par_chunks(1 << 14).map(|chunk| way(&scene, chunk)).sum::<usize>())
+    };
     let mut times: Vec<_> = (0..=RUNS)
-        .map(|_| (seconds(|| trace(description, engine.as_ref())), seconds(bare)))
+        .map(|_| {
+            let ours = seconds(|| trace(description, engine.as_ref()));
+            [ours, bare(bare::Scene::trace_in_packets), bare(bare::Scene::trace)]
+        })
         .collect();
     // The first run warms the caches.
     times.remove(0);
 
     let paths = statistics.samples as f64;
+    let rate = |i: usize| paths / Spread::of(times.iter().map(|t| t[i])).median / 1e6;
     println!(
-        "{name}: {:.2} + {:.2} rays a path, {threads} threads, {RUNS} runs; medians: ours {:.2} Mpaths/s, \
-         bare {:.2} Mpaths/s, ratio of times {}",
+        "{name}: {:.2} + {:.2} rays a path, {threads} threads, {RUNS} runs; medians: ours {:.2} Mpaths/s",
         statistics.rays.closest as f64 / paths,
         statistics.rays.occlusion as f64 / paths,
-        paths / Spread::of(times.iter().map(|t| t.0)).median / 1e6,
-        paths / Spread::of(times.iter().map(|t| t.1)).median / 1e6,
-        Spread::of(times.iter().map(|(ours, bare)| ours / bare)),
+        rate(0),
     );
+    for (way, i) in [("bare, in packets", 1), ("bare, ray by ray", 2)] {
+        let ratio = Spread::of(times.iter().map(|t| t[0] / t[i]));
+        println!("  {way} {:.2} Mpaths/s, ratio of times {ratio}", rate(i));
+    }
     let builds = (0..RUNS).map(|_| {
         seconds(|| intersect::build(Backend::Embree, &shapes).is_ok())
             / seconds(|| bare::Scene::new(&meshes, bare::Mode::Robust, threads))

@@ -14,4 +14,5 @@ typedef struct BareQuery {
 RTCScene bare_new_scene(RTCDevice device, bool robust);
 void bare_add_triangles(RTCDevice device, RTCScene scene, const float *positions, size_t vertices,
                         const unsigned *indices, size_t triangles);
-size_t bare_trace(RTCScene scene, const BareQuery *queries, size_t count);
+/* How many hit. With `packets`, neighbours that ask for the nearest hit go eight at a time. */
+size_t bare_trace(RTCScene scene, const BareQuery *queries, size_t count, bool packets);

@@ -5,6 +5,7 @@ use std::time::Instant;
 use clap::Args;
 use telamon::camera::Camera;
 use telamon::film::{ComponentFormat, FilmSettings};
+use telamon::integrator::settings::Part;
 use telamon::intersect;
 use telamon::render::{Description, Requirements};
 use telamon::scene::{Object, Scene};
@@ -185,5 +186,26 @@ fn requirements(requirements: &Requirements) -> String {
             decisions.map(|d| vec![d.feature.to_string(), d.reason.clone()]).collect();
         format!("\n{heading}\n{}", table(&rows, &[]))
     };
-    part("The render will model", true) + &part("The render will skip", false)
+    part("The render will model", true)
+        + &part("The render will skip", false)
+        + &carried(requirements.carried())
+}
+
+/// What paths carry.
+fn carried(parts: &[Part]) -> String {
+    let bytes = |parts: &mut dyn Iterator<Item = &Part>| parts.map(|p| p.bytes).sum::<usize>();
+    let (all, some) =
+        (bytes(&mut parts.iter()), bytes(&mut parts.iter().filter(|p| p.reason.is_ok())));
+    if all == 0 {
+        return String::new();
+    }
+    let row = |part: &Part| {
+        let (bytes, reason) = match &part.reason {
+            Ok(reason) => (part.bytes, reason),
+            Err(reason) => (0, reason),
+        };
+        vec![part.name.to_owned(), bytes.to_string(), reason.clone()]
+    };
+    let rows: Vec<_> = parts.iter().map(row).collect();
+    format!("\nA path carries {some} of {all} bytes\n{}", table(&rows, &[1]))
 }

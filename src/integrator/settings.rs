@@ -54,6 +54,12 @@ pub trait Settings: Debug + 'static {
         Err(ONLY_PATH.to_owned())
     }
 
+    /// What its paths carry from one surface to the next, and what they leave out; nothing where one path after the other
+    /// is followed.
+    fn carried(&self, _scene: &Scene) -> Vec<Part> {
+        Vec::new()
+    }
+
     /// Whether its paths end by chance.
     fn russian_roulette(&self) -> Reason {
         Err(ONLY_PATH.to_owned())
@@ -62,6 +68,17 @@ pub trait Settings: Debug + 'static {
 
 /// Why a feature is modelled (`Ok`) or not (`Err`): a fragment.
 pub type Reason = Result<String, String>;
+
+/// A part of what paths carry from one surface to the next.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// What it is.
+    pub name: &'static str,
+    /// Its size.
+    pub bytes: usize,
+    /// Why it is carried, or left out.
+    pub reason: Reason,
+}
 
 const ONLY_PATH: &str = "only the path tracer has it";
 

@@ -3,14 +3,15 @@
 use glam::{DVec3, Vec3, Vec3A};
 
 use super::{Inward, Ray, RayEnd, RayEnds, Side};
-use crate::math::real::{Columns, Lanes, Mask, Real, Uint};
+use crate::math::real::{Column, Columns, Lanes, Mask, Real, Uint};
 use crate::math::vector;
 
 /// Rays by column. If any has an end, all after it in the list say whether they have.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Rays {
-    /// Origin, direction, `t_min`, `t_max` and time.
-    numbers: Columns<f32, 9>,
+    /// Origin, direction, `t_min` and `t_max`.
+    numbers: Columns<f32, 8>,
+    times: Column<f32>,
     starts: Ends,
     ends: Ends,
 }
@@ -188,7 +189,30 @@ fn end_bits<R: Real>(ends: &RayEnds<R>) -> R::Uint {
     R::Uint::select(ends.is_front, EXISTS, EXISTS | IS_BACK)
 }
 
+impl Default for Rays {
+    fn default() -> Self {
+        Self::with_time(true)
+    }
+}
+
 impl Rays {
+    /// Bytes of a ray, its time and its ends aside.
+    pub const BYTES: usize = size_of::<[f32; 8]>();
+
+    /// Bytes of the surface that a ray leaves.
+    pub const END_BYTES: usize = size_of::<[f64; 3]>() + size_of::<[f32; 4]>();
+
+    /// None yet; of those that come, time is kept, or is 0 for all, as where nothing moves.
+    #[must_use]
+    pub fn with_time(is_kept: bool) -> Self {
+        Self {
+            numbers: Columns::default(),
+            times: Column::new(is_kept, 0.0),
+            starts: Ends::default(),
+            ends: Ends::default(),
+        }
+    }
+
     /// How many there are.
     #[inline(always)]
     #[must_use]
@@ -205,6 +229,7 @@ impl Rays {
     /// Takes all out.
     pub fn clear(&mut self) {
         self.numbers.clear();
+        self.times.clear();
         self.starts.clear();
         self.ends.clear();
     }
@@ -212,7 +237,8 @@ impl Rays {
     /// One at the end.
     pub fn push(&mut self, ray: &Ray) {
         let (o, d) = (ray.origin, ray.direction);
-        self.numbers.push([o.x, o.y, o.z, d.x, d.y, d.z, ray.t_min, ray.t_max, ray.time]);
+        self.numbers.push([o.x, o.y, o.z, d.x, d.y, d.z, ray.t_min, ray.t_max]);
+        self.times.push(ray.time);
         self.starts.push(ray.start.as_ref());
         if ray.end.is_some() || !self.ends.numbers.is_empty() {
             while self.ends.numbers.len() + 1 < self.numbers.len() {
@@ -226,7 +252,8 @@ impl Rays {
     #[inline(always)]
     pub fn append_from_camera<R: Real>(&mut self, mask: R::Mask, rays: &CameraRays<R>) {
         let CameraRays { origin: o, direction: d, t_min, t_max, time } = *rays;
-        self.numbers.append(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max, time]);
+        self.numbers.append(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max]);
+        self.times.append(mask, time);
         let token = mask.token();
         let none = RayEnds::<R> {
             point: vector::Vec3::splat(token, DVec3::ZERO.into()),
@@ -241,7 +268,8 @@ impl Rays {
     pub fn append<R: Real>(&mut self, mask: R::Mask, rays: &RayLanes<R>) {
         let RayLanes { origin: o, direction: d, t_max, time, ref start, inward } = *rays;
         let t_min = R::splat(mask.token(), 0.0);
-        self.numbers.append(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max, time]);
+        self.numbers.append(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max]);
+        self.times.append(mask, time);
         self.starts.append(mask, start, end_bits(start) | inward);
     }
 
@@ -265,13 +293,13 @@ impl Rays {
     #[inline(always)]
     #[must_use]
     pub fn get(&self, i: usize) -> Ray {
-        let [ox, oy, oz, dx, dy, dz, t_min, t_max, time] = self.numbers.row(i);
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = self.numbers.row(i);
         Ray {
             origin: Vec3A::new(ox, oy, oz),
             direction: Vec3A::new(dx, dy, dz),
             t_min,
             t_max,
-            time,
+            time: self.times.row(i),
             start: self.starts.get(i),
             end: self.ends.get(i),
         }
@@ -295,11 +323,18 @@ impl Rays {
         (0..self.len()).map(|i| self.get(i))
     }
 
-    /// Origin, direction, `t_min`, `t_max` and time, each of all rays.
+    /// Origin, direction, `t_min` and `t_max`, each of all rays.
     #[inline(always)]
     #[must_use]
-    pub fn columns(&self) -> [&[f32]; 9] {
+    pub fn columns(&self) -> [&[f32]; 8] {
         self.numbers.columns()
+    }
+
+    /// The times of all rays; `None`: 0.
+    #[inline(always)]
+    #[must_use]
+    pub fn times(&self) -> Option<&[f32]> {
+        self.times.all()
     }
 
     /// Of the rays that are named, one for each lane, the surfaces that they leave; of others it means nothing.
@@ -328,7 +363,7 @@ impl Rays {
         token: R::Token,
         rays: &[usize],
     ) -> (vector::Vec3<R::Double>, vector::Vec3<R>, R) {
-        let [ox, oy, oz, dx, dy, dz, _, _, time] = self.numbers.gather::<R>(token, rays);
+        let [ox, oy, oz, dx, dy, dz, _, _] = self.numbers.gather::<R>(token, rays);
         let point = self.starts.points.gather::<R::Double>(token, rays).into();
         let [.., bits] = self.starts.numbers.gather::<R>(token, rays);
         let from_surface = !(bits.to_bits() & EXISTS).eq(0);
@@ -338,7 +373,7 @@ impl Rays {
         } else {
             vector::Vec3::select(from_surface, point, origin)
         };
-        (origin, vector::Vec3::new(dx, dy, dz), time)
+        (origin, vector::Vec3::new(dx, dy, dz), self.times.gather(token, rays))
     }
 }
 

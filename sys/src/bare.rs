@@ -68,7 +68,12 @@ mod c {
             indices: *const u32,
             triangles: usize,
         );
-        pub(super) fn bare_trace(scene: RTCScene, queries: *const Query, count: usize) -> usize;
+        pub(super) fn bare_trace(
+            scene: RTCScene,
+            queries: *const Query,
+            count: usize,
+            packets: bool,
+        ) -> usize;
     }
 }
 
@@ -114,8 +119,18 @@ impl<'a> Scene<'a> {
     /// are not validated here.
     #[must_use]
     pub fn trace(&self, queries: &[Query]) -> usize {
+        self.trace_in(queries, false)
+    }
+
+    /// The same, but neighbours that ask for the nearest hit go in packets of eight.
+    #[must_use]
+    pub fn trace_in_packets(&self, queries: &[Query]) -> usize {
+        self.trace_in(queries, true)
+    }
+
+    fn trace_in(&self, queries: &[Query], packets: bool) -> usize {
         // SAFETY: the scene is committed, and the queries have the layout that C expects.
-        unsafe { c::bare_trace(self.scene, queries.as_ptr(), queries.len()) }
+        unsafe { c::bare_trace(self.scene, queries.as_ptr(), queries.len(), packets) }
     }
 }
 

@@ -18,10 +18,18 @@ fn inspect_shows_what_is_there_and_what_is_skipped() {
         .split_once("\nThe render will model\n")
         .and_then(|(_, rest)| rest.split_once("\nThe render will skip\n"))
         .expect("both lists");
+    let (skipped, carried) = skipped.split_once("\nA path carries ").expect("a third list");
     assert!(modelled.contains("\n  next-event estimation ") || modelled.starts_with("  next"));
     assert!(modelled.contains("environment light"), "{modelled}");
     for feature in ["time", "lens", "textures", "variance"] {
         assert!(skipped.contains(&format!("  {feature} ")), "{feature}: {skipped}");
+    }
+    assert!(carried.starts_with("108 of 116 bytes\n"), "{carried}");
+    for part in [
+        "  time                       0  no shape moves\n",
+        "  relative index             0  no light passes through any surface\n",
+    ] {
+        assert!(carried.contains(part), "{carried}");
     }
 }
 

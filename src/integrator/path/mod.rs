@@ -14,6 +14,7 @@ use crate::shape::Interaction;
 
 mod direct;
 mod emission;
+pub mod extras;
 mod groups;
 mod pool;
 pub mod settings;
@@ -21,6 +22,7 @@ mod shadows;
 mod state;
 pub mod strategy;
 
+pub use extras::Extras;
 use pool::Pool;
 pub use settings::PathSettings;
 pub use strategy::Strategy;
@@ -31,6 +33,7 @@ pub use strategy::Strategy;
 pub struct Path {
     settings: PathSettings,
     emitters: EmitterChoice,
+    extras: Extras,
 }
 
 /// How the last edge of a path was chosen.
@@ -114,7 +117,13 @@ impl Path {
     #[must_use]
     pub fn new(settings: &PathSettings, scene: &Scene) -> Self {
         let emitters = EmitterChoice::new(settings.emitter_choice, scene.emitters());
-        Self { settings: *settings, emitters }
+        Self { settings: *settings, emitters, extras: Extras::of(settings, scene) }
+    }
+
+    /// The same with paths that carry `extras`: with the same estimates, if nothing is missing that the scene requires.
+    #[must_use]
+    pub fn carrying(self, extras: Extras) -> Self {
+        Self { extras, ..self }
     }
 
     /// Whether a path with so many edges ends where it is.
@@ -288,11 +297,10 @@ impl Integrator for Path {
         samples: &mut dyn Samples<'s>,
         done: &mut dyn FnMut(Estimate, &mut Tracer<'a>),
     ) {
-        if self.settings.bsdf_samples == 1 {
-            Pool::new(self, tracer).run(samples, done);
-        } else {
-            // A path that splits has to keep its first vertex.
+        if self.settings.splits() {
             one_by_one(self, tracer, samples, done);
+        } else {
+            Pool::new(self, tracer).run(samples, done);
         }
     }
 }

@@ -10,7 +10,7 @@ use std::{mem, ptr};
 use super::groups::Groups;
 use super::shadows::Shadows;
 use super::state::{State, StateLanes};
-use super::{Path, Paths, spoil_if_nan};
+use super::{Extras, Path, Paths, spoil_if_nan};
 use crate::integrator::shading::Shading;
 use crate::integrator::{Estimate, Samples, Tracer, Vertex};
 use crate::math::Rgb;
@@ -32,7 +32,7 @@ const LANES: usize = 8;
 /// All that a pool holds at a time stays in a core's own cache.
 const _: () = {
     // Both for this turn and for the next one.
-    let path = 2 * (size_of::<Ray>() + State::BYTES) + size_of::<Option<Hit>>();
+    let path = 2 * (size_of::<Ray>() + State::MOST_BYTES) + size_of::<Option<Hit>>();
     let bytes = PATHS * (path + Shadows::BYTES + Groups::BYTES);
     assert!(bytes + WAITING * size_of::<Slot>() < 256 * 1024);
 };
@@ -54,10 +54,15 @@ pub(super) struct Pool<'p, 't, 'a, 's> {
 }
 
 /// Rays that are to be traced, and of each its path.
-#[derive(Default)]
 struct Wave {
     rays: Rays,
     paths: State,
+}
+
+impl Wave {
+    fn new(extras: &Extras) -> Self {
+        Self { rays: Rays::with_time(extras.time), paths: State::new(extras) }
+    }
 }
 
 /// [`Pool::run`] at some level.
@@ -95,16 +100,17 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
     pub(super) fn new(integrator: &'p Path, tracer: &'t mut Tracer<'a>) -> Self {
         // And the outside.
         let materials = tracer.scene().bsdfs().len() + 1;
+        let extras = &integrator.extras;
         Self {
             integrator,
             tracer,
             sampler: None,
             begun: Vec::new(),
-            now: Wave::default(),
-            next: Wave::default(),
+            now: Wave::new(extras),
+            next: Wave::new(extras),
             hits: Vec::with_capacity(PATHS),
             groups: Groups::new(materials, PATHS),
-            shadows: Shadows::default(),
+            shadows: Shadows::new(extras),
             finished: Finished::new(),
         }
     }

@@ -2,14 +2,14 @@
 
 use super::direct::DIRECT;
 use super::strategy::STRATEGY;
-use super::{Path, Strategy};
+use super::{Path, Strategy, extras};
 use crate::emitter::ChoicePolicy;
 use crate::emitter::choice_policy::EMITTER_CHOICE;
 use crate::integrator::directions::{self, DIRECTIONS};
 use crate::integrator::knobs::{Knob, Needs, Turn, Turned};
 use crate::integrator::plugin::{Common, HIDE_EMITTERS, MOST_EDGES, MOST_SAMPLES, Plugin};
 use crate::integrator::roulette::{self, RR_DEPTH, RR_MAX_SURVIVAL, RR_POLICY, RR_SURVIVAL};
-use crate::integrator::settings::{Reason, edges};
+use crate::integrator::settings::{Part, Reason, edges};
 use crate::integrator::{DirectionSampling, IntegratorSettings, Parts, Roulette, Settings};
 use crate::property::given::chosen;
 use crate::property::{self, At, Given, Kind, Nothing, PropertyInfo, Refusal, property};
@@ -171,6 +171,12 @@ impl PathSettings {
         })
     }
 
+    /// Whether paths take several directions from their first surface: they are followed one after the other, as each
+    /// has to keep that.
+    pub(super) fn splits(&self) -> bool {
+        self.bsdf_samples > 1
+    }
+
     /// What the path tracer makes of other settings.
     pub(super) fn in_place_of(other: &IntegratorSettings) -> Self {
         if let IntegratorSettings::Path(path) = other {
@@ -212,7 +218,7 @@ impl Settings for PathSettings {
 
     fn up_to(&self, edges: u32) -> Option<IntegratorSettings> {
         // Where paths split, what is asked up to some depth is not what is asked first.
-        (self.bsdf_samples == 1).then(|| Self { max_depth: Some(edges), ..*self }.into())
+        (!self.splits()).then(|| Self { max_depth: Some(edges), ..*self }.into())
     }
 
     fn next_event_estimation(&self, scene: &Scene) -> Reason {
@@ -239,6 +245,10 @@ impl Settings for PathSettings {
             Ok(_) => Ok(weights),
             Err(_) => Err("there are no shadow rays".to_owned()),
         }
+    }
+
+    fn carried(&self, scene: &Scene) -> Vec<Part> {
+        if self.splits() { Vec::new() } else { extras::parts(self, scene) }
     }
 
     fn russian_roulette(&self) -> Reason {

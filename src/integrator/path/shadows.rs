@@ -1,5 +1,6 @@
 //! The shadow rays of a turn.
 
+use super::Extras;
 use super::pool::Slot;
 use crate::emitter::EmitterSamples;
 use crate::emitter::sample::ShadowRays;
@@ -10,7 +11,6 @@ use crate::math::vector::Vec3;
 use crate::ray::{Ray, Rays};
 
 /// Light that is on its way to surfaces.
-#[derive(Default)]
 pub(super) struct Shadows {
     /// The surfaces: throughput of the path up to there, and the bits of the slot of its sample.
     receivers: Columns<f32, 4>,
@@ -30,6 +30,17 @@ const HAS_RAY: u32 = 1 << 31;
 impl Shadows {
     /// Bytes for each path.
     pub(super) const BYTES: usize = size_of::<Ray>() + size_of::<[f32; 8]>() + size_of::<Rgb>() + 1;
+
+    pub(super) fn new(extras: &Extras) -> Self {
+        Self {
+            receivers: Columns::default(),
+            samples: 0,
+            arriving: Vec::new(),
+            lights: Columns::default(),
+            rays: Rays::with_time(extras.time),
+            occluded: Vec::new(),
+        }
+    }
 
     /// How many rays wait.
     pub(super) fn len(&self) -> usize {

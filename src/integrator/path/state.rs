@@ -1,19 +1,22 @@
 //! What paths carry from one surface to the next, by column.
 
-use super::Paths;
 use super::emission::LastEdges;
+use super::{Extras, Paths};
 use crate::emitter::Receivers;
-use crate::math::real::{Columns, Lanes, Real, Uint};
+use crate::math::real::{Column, Columns, Lanes, Real, Uint};
 use crate::math::vector::Vec3;
 use crate::ray::RayEnds;
 use crate::sampler::PathKeys;
 
-/// Of each path: throughput, eta, density of the last edge, and as bits the edges with flags, the slot of the sample, both
-/// halves of the sampler's key and how many numbers have been drawn.
-#[derive(Default)]
-pub(super) struct State(Columns<f32, COLUMNS>);
-
-const COLUMNS: usize = 10;
+/// What paths carry beside their rays.
+pub(super) struct State {
+    /// Throughput, and as bits the edges with flags, the slot of the sample, both halves of the sampler's key and how many
+    /// numbers have been drawn.
+    always: Columns<f32, 8>,
+    eta: Column<f32>,
+    /// Density of the last edge.
+    pdf: Column<f32>,
+}
 
 /// The last edge was [`LastEdge::Chosen`].
 const CHOSEN: u32 = 1;
@@ -27,8 +30,8 @@ const UNSCATTERED: u32 = 4;
 /// One edge; there are none on the way from the camera.
 const EDGE: u32 = 8;
 
-/// A path's numbers.
-type Row = [f32; COLUMNS];
+/// A path's numbers: those of [`State::always`], eta and density.
+type Row = ([f32; 8], f32, f32);
 
 /// What the paths of some lanes carry.
 #[derive(Clone, Copy, Debug)]
@@ -44,43 +47,57 @@ pub(super) struct StateLanes<R: Real> {
 }
 
 impl State {
-    /// Bytes for each path.
-    pub(super) const BYTES: usize = size_of::<Row>();
+    /// Bytes of what every path carries.
+    pub(super) const BYTES: usize = size_of::<[f32; 8]>();
+
+    /// Bytes for each path at most.
+    pub(super) const MOST_BYTES: usize = size_of::<Row>();
+
+    pub(super) fn new(extras: &Extras) -> Self {
+        Self {
+            always: Columns::default(),
+            eta: Column::new(extras.eta, 1.0),
+            pdf: Column::new(extras.pdf, 0.0),
+        }
+    }
 
     pub(super) fn clear(&mut self) {
-        self.0.clear();
+        self.always.clear();
+        self.eta.clear();
+        self.pdf.clear();
     }
 
     /// A path that leaves the camera.
     pub(super) fn begin(&mut self, slot: usize, key: PathKeys<u32>, dimension: u32) {
         let [bits, slot, high, low, dimension] =
             [UNSCATTERED, slot as u32, key.high, key.low, dimension].map(f32::from_bits);
-        self.0.push([1.0, 1.0, 1.0, 1.0, 0.0, bits, slot, high, low, dimension]);
+        self.push(([1.0, 1.0, 1.0, bits, slot, high, low, dimension], 1.0, 0.0));
     }
 
     pub(super) fn row(&self, path: usize) -> Row {
-        self.0.row(path)
+        (self.always.row(path), self.eta.row(path), self.pdf.row(path))
     }
 
-    pub(super) fn push(&mut self, row: Row) {
-        self.0.push(row);
+    pub(super) fn push(&mut self, (always, eta, pdf): Row) {
+        self.always.push(always);
+        self.eta.push(eta);
+        self.pdf.push(pdf);
     }
 
     /// The slot of a path's sample, whether it comes from the camera, and whether it has met nothing that it did not pass
     /// straight through.
     pub(super) fn whence(&self, path: usize) -> (usize, bool, bool) {
-        let [.., bits, slot, _, _, _] = self.0.row(path).map(f32::to_bits);
+        let [.., bits, slot, _, _, _] = self.always.row(path).map(f32::to_bits);
         (slot as usize, bits / EDGE == 0, bits & UNSCATTERED != 0)
     }
 
     #[inline(always)]
     pub(super) fn gather<R: Real>(&self, token: R::Token, paths: &[usize]) -> StateLanes<R> {
-        let [x, y, z, eta, pdf, bits, slot, high, low, dimension] =
-            self.0.gather::<R>(token, paths);
+        let [x, y, z, bits, slot, high, low, dimension] = self.always.gather::<R>(token, paths);
         StateLanes {
             throughput: Vec3::new(x, y, z),
-            eta,
-            pdf,
+            eta: self.eta.gather(token, paths),
+            pdf: self.pdf.gather(token, paths),
             bits: bits.to_bits(),
             slots: slot.to_bits(),
             keys: PathKeys { high: high.to_bits(), low: low.to_bits() },
@@ -95,7 +112,9 @@ impl State {
         let (bits, slots, dimension) =
             (R::from_bits(bits), R::from_bits(slots), R::from_bits(dimension));
         let (high, low) = (R::from_bits(keys.high), R::from_bits(keys.low));
-        self.0.append(mask, [x, y, z, eta, pdf, bits, slots, high, low, dimension]);
+        self.always.append(mask, [x, y, z, bits, slots, high, low, dimension]);
+        self.eta.append(mask, eta);
+        self.pdf.append(mask, pdf);
     }
 }
 

@@ -41,12 +41,11 @@ impl Intersector for Embree {
         if !self.modes.packets {
             return for_each_ray(rays, hits, |ray| self.closest_hit(ray));
         }
-        let columns = rays.columns();
         for (packet, hits) in hits.chunks_mut(LANES).enumerate() {
             let first = packet * LANES;
             let asked = Asked { engine: self, rays: AskedRays::Packet { rays, first } };
             let shim_query = asked.query();
-            let (ray, valid) = rtc_rays(columns, first, hits.len());
+            let (ray, valid) = rtc_rays(rays, first, hits.len());
             let hit = RTCHit8 {
                 geomID: [RTC_INVALID_GEOMETRY_ID; LANES],
                 primID: [RTC_INVALID_GEOMETRY_ID; LANES],
@@ -86,11 +85,12 @@ impl Intersector for Embree {
     /// (1046 of the 2e5 rays of the parity test at `cornell-box`), and nothing tells which rays to ask again.
     fn occluded_many(&self, rays: &Rays, occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
-        let [ox, oy, oz, dx, dy, dz, t_min, t_max, time] = rays.columns();
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = rays.columns();
+        let times = rays.times();
         for (i, occluded) in occluded.iter_mut().enumerate() {
             let (origin, direction) =
                 (Vec3A::new(ox[i], oy[i], oz[i]), Vec3A::new(dx[i], dy[i], dz[i]));
-            let [t_min, t_max, time] = [t_min[i], t_max[i], time[i]];
+            let [t_min, t_max, time] = [t_min[i], t_max[i], times.map_or(0.0, |times| times[i])];
             *occluded = is_traceable(origin, direction, [t_min, t_max, time]) && {
                 let ray = EmbreeRay::of(origin.extend(t_min), direction.extend(time), t_max);
                 self.is_stopped(ray, AskedRays::Packet { rays, first: i })
@@ -267,16 +267,17 @@ struct Lanes([i32; LANES]);
 
 /// The rays from `first` on, and which of them may be traced; at most `count`.
 #[inline(always)]
-fn rtc_rays(columns: [&[f32]; 9], first: usize, count: usize) -> (RTCRay8, Lanes) {
-    let numbers = columns.map(|column| match column[first..].first_chunk() {
+fn rtc_rays(rays: &Rays, first: usize, count: usize) -> (RTCRay8, Lanes) {
+    let eight = |column: &[f32]| match column[first..].first_chunk() {
         Some(numbers) => *numbers,
         None => {
             let mut numbers = [0.0; LANES];
             numbers[..count].copy_from_slice(&column[first..first + count]);
             numbers
         }
-    });
-    let [org_x, org_y, org_z, dir_x, dir_y, dir_z, tnear, t_max, time] = numbers;
+    };
+    let [org_x, org_y, org_z, dir_x, dir_y, dir_z, tnear, t_max] = rays.columns().map(eight);
+    let time = rays.times().map_or([0.0; LANES], eight);
     let mut valid = Lanes([0; LANES]);
     for (lane, valid) in valid.0.iter_mut().enumerate() {
         let origin = Vec3A::new(org_x[lane], org_y[lane], org_z[lane]);

@@ -16,6 +16,15 @@ const LANES: usize = 8;
 /// Rows that there is room for at first: those of a pool of paths.
 const FIRST: usize = 256;
 
+/// A column beside a table, of as many rows, that not every table needs.
+#[derive(Clone, Debug)]
+pub struct Column<T> {
+    /// One for each row, or none.
+    rows: Option<Columns<T, 1>>,
+    /// That of all rows, where there are none.
+    same: T,
+}
+
 impl<T: Copy + Default, const N: usize> Default for Columns<T, N> {
     fn default() -> Self {
         Self { len: 0, columns: std::array::from_fn(|_| Vec::new()) }
@@ -116,5 +125,67 @@ impl<T: Copy + Default, const N: usize> Columns<T, N> {
             *slice = &column[..self.len];
         }
         columns
+    }
+}
+
+impl<T: Copy + Default> Column<T> {
+    /// One that is `kept`, or else has the same number in all rows.
+    #[must_use]
+    pub fn new(kept: bool, same: T) -> Self {
+        Self { rows: kept.then(Columns::default), same }
+    }
+
+    /// All rows, if it is kept.
+    #[inline(always)]
+    #[must_use]
+    pub fn all(&self) -> Option<&[T]> {
+        self.rows.as_ref().map(|rows| rows.columns()[0])
+    }
+
+    /// Takes all rows out.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        if let Some(rows) = &mut self.rows {
+            rows.clear();
+        }
+    }
+
+    /// A row at the end.
+    #[inline(always)]
+    pub fn push(&mut self, number: T) {
+        if let Some(rows) = &mut self.rows {
+            rows.push([number]);
+        }
+    }
+
+    /// [`Columns::append`].
+    #[inline(always)]
+    pub fn append<L: Lanes<Lane = T>>(&mut self, mask: L::Mask, lanes: L) {
+        if let Some(rows) = &mut self.rows {
+            rows.append(mask, [lanes]);
+        }
+    }
+
+    /// [`Columns::gather`].
+    ///
+    /// # Panics
+    /// There is no such row, and the column is kept.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather<L: Lanes<Lane = T>>(&self, token: L::Token, rows: &[usize]) -> L {
+        match &self.rows {
+            Some(kept) => kept.gather::<L>(token, rows)[0],
+            None => L::splat(token, self.same),
+        }
+    }
+
+    /// One row.
+    ///
+    /// # Panics
+    /// There is no such row, and the column is kept.
+    #[inline(always)]
+    #[must_use]
+    pub fn row(&self, row: usize) -> T {
+        self.rows.as_ref().map_or(self.same, |kept| kept.row(row)[0])
     }
 }

@@ -44,7 +44,7 @@ mod rows;
 mod tests;
 mod uint;
 
-pub use columns::Columns;
+pub use columns::{Column, Columns};
 pub(in crate::math) use functions::{polynomial, sin_cos_octant};
 pub use lanes::{Lanes, Lift, Mask, Select};
 pub use level::{Level, Task};

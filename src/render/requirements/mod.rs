@@ -8,7 +8,7 @@ use super::Description;
 use crate::bsdf::Needs;
 use crate::camera::{Camera, Lens};
 use crate::film::AovKind;
-use crate::integrator::settings::Reason;
+use crate::integrator::settings::{Part, Reason};
 use crate::integrator::{IntegratorSettings, Settings};
 use crate::scene::{Object, Scene};
 use crate::shape::{Geometry, Shape};
@@ -20,6 +20,7 @@ mod tests;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Requirements {
     decisions: Vec<Decision>,
+    carried: Vec<Part>,
 }
 
 /// One feature.
@@ -124,7 +125,17 @@ impl Requirements {
             modelled: reason.is_ok(),
             reason: reason.unwrap_or_else(|why| why),
         };
-        Self { decisions: decisions.into_iter().map(decide).collect() }
+        let carried = integrator.picture().map(|picture| picture.about().carried(scene));
+        Self {
+            decisions: decisions.into_iter().map(decide).collect(),
+            carried: carried.unwrap_or_default(),
+        }
+    }
+
+    /// What paths carry from one surface to the next, and what they leave out; nothing unless many are under way at once.
+    #[must_use]
+    pub fn carried(&self) -> &[Part] {
+        &self.carried
     }
 
     /// All features, modelled or not.
