@@ -63,13 +63,16 @@ fn measure(name: &str, description: &Description) -> Outcome {
 
     let threads = rayon::current_num_threads();
     let scene = bare::Scene::new(&meshes, bare::Mode::Robust, threads);
-    let bare = |way: fn(&bare::Scene, &[bare::Query]) -> usize| {
-        seconds(|| queries.par_chunks(1 << 14).map(|chunk| way(&scene, chunk)).sum::<usize>())
+    let bare = |in_packets: bool| {
+        let trace = |chunk: &[bare::Query]| {
+            if in_packets { scene.trace_in_packets(chunk) } else { scene.trace(chunk) }
+        };
+        seconds(|| queries.par_chunks(1 << 14).map(trace).sum::<usize>())
     };
     let mut times: Vec<_> = (0..=RUNS)
         .map(|_| {
             let ours = seconds(|| trace(description, engine.as_ref()));
-            [ours, bare(bare::Scene::trace_in_packets), bare(bare::Scene::trace)]
+            [ours, bare(true), bare(false)]
         })
         .collect();
     // The first run warms the caches.

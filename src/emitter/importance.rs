@@ -24,9 +24,6 @@ pub(super) struct LightBounds {
     intensity: f32,
 }
 
-/// What can be of use is taken so often at least: the bright one may be hidden, and then all comes from the others.
-pub(super) const LEAST_SHARE: f64 = 1.0 / 1024.0;
-
 /// Cosines count from here on, so that no light is left out that can be of use: nothing that is near the limit of
 /// what shines or receives is called dark because of rounding. Sines that are found from a cosine are off by up to
 /// √2⁻²³ = 3.5e-4, and two such are added.

@@ -1,11 +1,11 @@
 //! A choice among a few lights by weighing each of them.
 
-use super::importance::{LEAST_SHARE, LightBounds};
+use super::importance::LightBounds;
 use super::{EmitterBounds, LightChoices, Receivers};
 use crate::math::discrete::BELOW_ONE;
 use crate::math::real::{Float, Lanes, Mask, Real, Uint};
 
-/// A list of lights, each chosen in proportion to its importance for the receiver.
+/// A list of lights, chosen mostly in proportion to their importance for the receiver, and else all alike.
 ///
 /// All lanes weigh a light at once, and walk down a [`LightBvh`](super::LightBvh) one after the other: with 32 lamps in a
 /// room, paths take 0.85 of the instructions that they take with the tree.
@@ -17,6 +17,12 @@ pub(super) struct LightList {
 
 /// More lights make a tree.
 const MOST: usize = 32;
+
+/// How often lights that can be of use are chosen all alike: the irradiance that a light may cause says little of what a glossy
+/// surface reflects of it, or of what is hidden. Of the error of a choice by importance alone this leaves 0.6 in
+/// Veach's scene of four plates under lamps of very different power and 0.92 in a glossy room with two lamps, for 1.5 to 1.8
+/// in diffuse rooms of 8 to 32 lamps; a half leaves 0.5, 0.86, and 2.5 to 3.6.
+const ALIKE: f64 = 0.25;
 
 impl LightList {
     /// A list of the lights of these bounds that have an intensity. `None` if there are none, or so many that a tree
@@ -47,11 +53,14 @@ impl LightList {
             *weight = bounds.importance(receivers);
             sum += *weight;
         }
-        let least = sum * LEAST_SHARE;
+        let mut useful = R::Double::splat(token, 0.0);
+        for weight in weights.iter() {
+            useful += R::Double::select(weight.gt(0.0), 1.0, 0.0);
+        }
+        let alike = sum * (ALIKE / (1.0 - ALIKE)) / R::Double::select(useful.gt(0.0), useful, 1.0);
         let mut total = R::Double::splat(token, 0.0);
         for weight in weights {
-            let is_low = weight.gt(0.0) & weight.lt(least);
-            *weight = R::Double::select(is_low, least, *weight);
+            *weight = R::Double::select(weight.gt(0.0), *weight + alike, 0.0);
             total += *weight;
         }
         total
@@ -130,8 +139,7 @@ mod tests {
             let sum: f64 = all.iter().sum();
             // One rounding of each share.
             let rounding = MOST as f64 * f64::EPSILON;
-            // All others together may have been raised to as much.
-            let least = LEAST_SHARE / (1.0 + MOST as f64 * LEAST_SHARE) * (1.0 - rounding);
+            let least = ALIKE / MOST as f64 * (1.0 - rounding);
             for (light, &share) in all.iter().enumerate() {
                 let in_tree = bvh.probability(&receiver, light) > 0.0;
                 assert!(share >= least || share == 0.0 && !in_tree, "{light}: {share}");

@@ -5,11 +5,14 @@
 
 use std::num::NonZeroU64;
 
-use super::importance::{LEAST_SHARE, LightBounds};
+use super::importance::LightBounds;
 use super::{EmitterBounds, LightChoice, Receiver, Receivers};
 use crate::math::discrete::BELOW_ONE;
 
 mod build;
+
+/// What can be of use is taken so often at least: the bright one may be hidden, and then all comes from the others.
+const LEAST_SHARE: f64 = 1.0 / 1024.0;
 
 /// A binary tree over lights. A walk from its root takes each side as often as its importance for the receiver
 /// says, so that a choice among n takes about log n steps.
