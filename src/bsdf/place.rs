@@ -26,7 +26,7 @@ pub struct Place<R = f32> {
     pub dp_du: Vec3<R>,
     /// Derivative of the position after the second texture coordinate.
     pub dp_dv: Vec3<R>,
-    /// The geometric normal, in the local frame.
+    /// The geometric normal, in the local frame. Also told to what has an [interface](super::Bsdf::interface).
     pub geometric_normal: Vec3<R>,
 }
 

@@ -66,15 +66,21 @@ impl<'a, R: Real> Shading<'a, R> {
         let flags = bsdf.flags();
         let geometric_normal = interaction.geometric_normal;
         let back = -arrivals.direction;
+        let (normal, same) = normal(bsdf, interaction, back);
         let mut shading = Self {
             bsdf,
             flags,
             place: Place::anywhere(token),
-            frame: Frame::from_normal(normal(bsdf, interaction, back)),
+            frame: Frame::from_normal(normal),
             geometric_normal,
             wi: back,
             cos_geometric: back.dot(geometric_normal),
         };
+        if !same.all() && bsdf.interface().is_some() {
+            let local = shading.frame.to_local(geometric_normal);
+            shading.place.geometric_normal =
+                Vec3::select(same, shading.place.geometric_normal, local);
+        }
         if flags.needs != Needs::Nothing {
             shading.look_up(interaction, arrivals, ray);
         }
@@ -150,14 +156,18 @@ impl<'a, R: Real> Shading<'a, R> {
     }
 }
 
-/// The shading normals as the material sees them from the directions `back`.
+/// The shading normals as the material sees them from the directions `back`, and whether they are the geometric ones.
 #[inline(always)]
-fn normal<R: Real>(bsdf: &dyn Bsdf, interaction: &Interaction<R>, back: Vec3<R>) -> Vec3<R> {
+fn normal<R: Real>(
+    bsdf: &dyn Bsdf,
+    interaction: &Interaction<R>,
+    back: Vec3<R>,
+) -> (Vec3<R>, R::Mask) {
     let (shading, geometric) = (interaction.shading_normal, interaction.geometric_normal);
     let same = shading.x.eq(geometric.x) & shading.y.eq(geometric.y) & shading.z.eq(geometric.z);
     if same.all() {
-        return shading;
+        return (shading, same);
     }
     let bent = shading_normal::bend(shading, geometric, back, bsdf.interface());
-    Vec3::select(same, shading, bent)
+    (Vec3::select(same, shading, bent), same)
 }

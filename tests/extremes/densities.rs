@@ -2,11 +2,17 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3A};
-use telamon::emitter::{Area, ChoicePolicy, Emitter, EmitterChoice, LightOrigin, Receiver, Sight};
-use telamon::math::{Frame, Rgb};
+use glam::{Affine2, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
+use telamon::emitter::{
+    Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EnvironmentMap, LightOrigin, Receiver,
+    Sight,
+};
+use telamon::math::{Frame, Rgb, luminance};
 use telamon::ray::Ray;
 use telamon::shape::{Cylinder, Disk, Shape, Sphere, TriangleMesh, primitives};
+use telamon::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
+use telamon::texture::image::Texels;
+use telamon::texture::{Bitmap, Image};
 
 use crate::ULP;
 use crate::support::meshes::{engines, sphere_mesh};
@@ -109,6 +115,107 @@ fn both_ends_agree_on_the_density_of_a_direction() {
                 assert!(seen.iter().zip(&lights).all(enough), "{policy:?} at {center}: {seen:?}");
                 assert!(noticed > 5_000, "densities of another point are not told apart");
             }
+        }
+    }
+}
+
+/// A sky with a sun of one pixel, 10⁵ times as bright as the rest, and a black part.
+fn sunny(to_world: Mat3A) -> EnvironmentMap {
+    const SIZE: [u32; 2] = [64, 32];
+    let pixel = |i: u32| match (i % SIZE[0], i / SIZE[0]) {
+        (40, 5) => Rgb::new(1e5, 9e4, 7e4),
+        (_, 24..) => Rgb::ZERO,
+        (x, y) => Rgb::new(0.3, 0.5, 0.9) * (1.0 + 0.2 * (x as f32 * 0.3).sin() + y as f32 * 0.01),
+    };
+    let texels = Texels::Float((0..SIZE[0] * SIZE[1]).flat_map(|i| pixel(i).to_array()).collect());
+    let image = Image::new(SIZE[0], SIZE[1], 3, texels).expect("as many as there are");
+    let settings = BitmapSettings {
+        filter: BitmapFilter::Bilinear,
+        wrap: Wrap::Repeat,
+        to_uv: Affine2::IDENTITY,
+        encoding: Encoding::Linear,
+    };
+    EnvironmentMap::new(Bitmap::new(Arc::new(image), settings), 2.0, to_world).expect("finite")
+}
+
+/// What a shadow ray is sent to outside of the scene has the density that a scattered ray of the same direction finds
+/// when it leaves, alone and beside area lights, over which the choice goes: the same function of the same 32-bit
+/// direction, so no more than the roundings of the products with the choice's probability apart, two on each side, and
+/// one of their quotient. The radiance that is weighted with it is that which the scattered ray sees.
+#[test]
+fn both_ends_agree_on_the_density_of_an_environment() {
+    let turn = Mat3A::from_rotation_y(0.7) * Mat3A::from_rotation_x(0.4);
+    let skies: [(&str, fn(Mat3A) -> Box<dyn Emitter>); 2] = [
+        ("constant", |_| Box::new(Constant::new(Rgb::new(0.2, 0.5, 1.0)))),
+        ("picture", |turn| Box::new(sunny(turn))),
+    ];
+    for (name, sky) in skies {
+        for center in [DVec3::ZERO, DVec3::new(12_345.67, 54_321.9, -999.0)] {
+            let (floor, lights) = lit_floor(center);
+            // All but the sphere around it all.
+            for lights in [&lights[..0], &lights[1..]] {
+                let mut emitters: Vec<Box<dyn Emitter>> = vec![sky(turn)];
+                emitters.extend(lights.iter().map(|shape| -> Box<dyn Emitter> {
+                    Box::new(Area::new(Arc::clone(shape), Rgb::ONE).expect("an area"))
+                }));
+                let shapes: Vec<_> = lights.iter().chain([&floor]).cloned().collect();
+                for engine in engines(&shapes) {
+                    environment_densities(name, engine.as_ref(), &shapes, &emitters, center);
+                }
+            }
+        }
+    }
+}
+
+fn environment_densities(
+    name: &str,
+    engine: &dyn telamon::intersect::Intersector,
+    shapes: &[Arc<dyn Shape>],
+    emitters: &[Box<dyn Emitter>],
+    center: DVec3,
+) {
+    let above = (center + DVec3::new(0.05, -0.03, 0.4)).as_vec3a();
+    let ray = Ray::new(above, Vec3A::NEG_Z);
+    let hit = engine.closest_hit(&ray).expect("the floor");
+    let surface = shapes[hit.shape as usize].surface(&ray, &hit);
+    for both_sides in [false, true] {
+        let receiver = Receiver { position: surface.position, normal: Vec3A::Z, both_sides };
+        for policy in [ChoicePolicy::Bvh, ChoicePolicy::Power] {
+            let case = || format!("{name}, {}, {policy:?}, at {center}", engine.name());
+            let choice = EmitterChoice::new(policy, emitters);
+            let (mut seen, mut noticed) = (0, 0);
+            for u in points(431, 20_000) {
+                let sample = choice.sample_toward(emitters, &receiver, u.as_dvec2());
+                let Some(s) = sample.filter(|s| matches!(s.origin, LightOrigin::Infinity)) else {
+                    continue;
+                };
+                let shadow = s.shadow_ray(&surface).expect("to the side of the light");
+                let scattered = surface.spawn(s.direction);
+                assert_eq!(shadow.direction, scattered.direction, "{}", case());
+                let leaves = engine.closest_hit(&scattered).is_none();
+                assert_eq!(leaves, !engine.occluded(&shadow), "{}: {shadow:?}", case());
+                let along = |direction| Sight { from: surface.position, direction, surface: None };
+                let sight = along(scattered.direction);
+                let pdf = choice.pdf_toward(emitters, 0, &receiver, &sight);
+                let off = f64::from(pdf / s.pdf - 1.0).abs();
+                assert!(off <= 5.0 * f64::from(ULP), "{}: {} and {pdf}", case(), s.pdf);
+                // Another product, and the rounding of its quotient by the density.
+                let sees = emitters[0].radiance(&sight);
+                let weighted = luminance(s.weight) * s.pdf;
+                let off = f64::from(weighted / luminance(sees) - 1.0).abs();
+                assert!(off <= 16.0 * f64::from(ULP), "{}: {weighted} of {sees}", case());
+                // The density of a direction a hundredth beside it, and without the choice.
+                let beside = along((s.direction + Vec3A::new(7e-3, 5e-3, 5e-3)).normalize());
+                let wrong = choice.pdf_toward(emitters, 0, &receiver, &beside);
+                let alone = emitters[0].pdf_toward(&sight);
+                let told = |pdf: f32| f64::from(pdf / s.pdf - 1.0).abs() > 1e-4;
+                let other = if emitters.len() > 1 { told(alone) } else { told(wrong) };
+                noticed += usize::from(other);
+                seen += 1;
+            }
+            assert!(seen > 2_000, "{}: {seen}", case());
+            let can_fail = name == "picture" || emitters.len() > 1;
+            assert!(!can_fail || noticed > seen / 2, "{}: {noticed} of {seen}", case());
         }
     }
 }

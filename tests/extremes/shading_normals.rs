@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3A};
+use glam::{DAffine3, DVec3, Quat, Vec3A};
 use telamon::bsdf::conductor::Metal;
 use telamon::bsdf::microfacet::{Distribution, Roughness};
 use telamon::bsdf::perturbed::{Normals, PerturbedOptions};
@@ -22,7 +22,7 @@ use telamon::scene::Scene;
 use telamon::shape::{Shape, Sphere, TriangleMesh, primitives};
 
 use super::leaving::assert_all_black;
-use crate::support::meshes::{engines, sphere_mesh};
+use crate::support::meshes::{engines, mesh, sphere_mesh};
 use crate::support::rooms::{NO_ROULETTE, object};
 use crate::support::stats::Moments;
 
@@ -34,10 +34,12 @@ type Maker = fn() -> Material;
 /// The unit sphere with the normals of a sphere at its vertices, or flat.
 fn sphere(rings: u32, segments: u32, smooth: bool) -> Arc<dyn Shape> {
     let flat = sphere_mesh(DVec3::ZERO, 1.0, rings, segments);
-    if !smooth {
-        return Arc::new(flat);
-    }
-    let normals = flat.positions().iter().map(|&p| p.into()).collect();
+    if smooth { smoothed(&flat) } else { Arc::new(flat) }
+}
+
+/// A mesh around the origin with normals at its vertices that point away from there.
+fn smoothed(flat: &TriangleMesh) -> Arc<dyn Shape> {
+    let normals = flat.positions().iter().map(|&p| p.normalize().into()).collect();
     let (positions, triangles) = (flat.positions().to_vec(), flat.triangles().to_vec());
     let (mesh, _) = TriangleMesh::new(positions, triangles, normals, Vec::new()).expect("valid");
     Arc::new(mesh)
@@ -137,6 +139,56 @@ fn smooth_glass_and_mirrors_lose_nothing() {
     }
 }
 
+/// Vertices on the unit sphere and the faces around them: solids with so few faces that their normals lean by up to 70
+/// degrees, turned so that no face lies along an axis, and spheres.
+fn coarse_solids() -> Vec<TriangleMesh> {
+    let [x, y, z] = [Vec3A::X, Vec3A::Y, Vec3A::Z];
+    let tetrahedron = mesh(
+        vec![x + y + z, x - y - z, y - x - z, z - x - y],
+        vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+    );
+    let cube = primitives::cube(DAffine3::IDENTITY, false).0;
+    // Twelve vertices: poles and two rings, of which one is turned by half a step.
+    let ring = |turn: f32, height: f32| {
+        (0..5).map(move |i| {
+            let phi = (i as f32 + turn) * std::f32::consts::TAU / 5.0;
+            Vec3A::new(2.0 * phi.cos(), 2.0 * phi.sin(), height)
+        })
+    };
+    let vertices = [z].into_iter().chain(ring(0.0, 1.0)).chain(ring(0.5, -1.0)).chain([-z]);
+    let faces = (0..5).flat_map(|i| {
+        let next = (i + 1) % 5;
+        let [a, b, c, d] = [1 + i, 1 + next, 6 + i, 6 + next];
+        [[0, a, b], [a, c, b], [b, c, d], [11, d, c]]
+    });
+    let icosahedron = mesh(vertices.collect(), faces.collect());
+    let turn = Quat::from_rotation_x(0.4) * Quat::from_rotation_z(0.3);
+    let solids = [tetrahedron, cube, icosahedron].map(|solid| {
+        let vertices = solid.positions().iter().map(|&p| turn * p.normalize()).collect();
+        mesh(vertices, solid.triangles().to_vec())
+    });
+    let spheres = [(2, 4), (3, 4), (4, 7)]
+        .map(|(rings, segments)| sphere_mesh(DVec3::ZERO, 1.0, rings, segments));
+    solids.into_iter().chain(spheres).collect()
+}
+
+/// Where normals lean most: without a way out of cycles of total reflection, the icosahedron has pixels of 0.7 and the
+/// cube loses a fiftieth of all light. In 256 samples, a pixel that loses 0.005 seems to lose 0.03 once in 30,000.
+#[test]
+fn coarse_glass_is_no_trap() {
+    for solid in coarse_solids() {
+        for eta in [1.1, 1.5, 2.4, 1.0 / 1.5] {
+            let scene = in_the_sky(smoothed(&solid), glass(eta));
+            let faces = solid.triangles().len();
+            ensure_lossless(&scene).unwrap_or_else(|e| panic!("{faces} faces, {eta}: {e}"));
+        }
+        for (name, material) in [("pane", pane()), ("mirror", mirror())] {
+            ensure_lossless(&in_the_sky(smoothed(&solid), material))
+                .unwrap_or_else(|e| panic!("{name}: {e}"));
+        }
+    }
+}
+
 /// Glass that swallows 1 %, and glass under a relief that may scatter nothing to the other side.
 #[test]
 fn lossy_glass_is_noticed() {
@@ -193,10 +245,6 @@ fn mapped_glass_and_mirrors_lose_nothing() {
     };
     for normal in [Vec3A::new(0.2, 0.1, 0.9), Vec3A::new(0.8, 0.0, 0.4), Vec3A::X] {
         for (name, material) in [("mirror", mirror()), ("pane", pane()), ("glass", glass(1.5))] {
-            // A normal in the surface makes glass a trap for some.
-            if name == "glass" && normal.z == 0.0 {
-                continue;
-            }
             let scene = in_the_sky(cube(), mapped(normal, DEFAULTS, material));
             ensure_lossless(&scene).unwrap_or_else(|e| panic!("{name}, {normal}: {e}"));
         }

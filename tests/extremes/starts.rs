@@ -275,6 +275,98 @@ fn rays_onto_edges_land_on_their_point() {
     }
 }
 
+/// Irradiance from a polygon of radiance 1 that is wholly above the horizon, seen counter-clockwise (Lambert 1760): half the sum
+/// of each edge's angle times the cosine between the normal and that of the edge's plane through the point.
+fn under_polygon(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    let edges = corners.iter().zip(next).map(|(a, b)| {
+        let (a, b) = ((a - point).normalize(), (b - point).normalize());
+        let across = a.cross(b);
+        across.length().atan2(a.dot(b)) * across.normalize().dot(normal)
+    });
+    0.5 * edges.sum::<f64>().abs()
+}
+
+/// Irradiance of what a ray meets, by the light's own samples for a grid of numbers, each along its shadow ray.
+fn irradiance_there(
+    engine: &dyn telamon::intersect::Intersector,
+    shapes: &[Arc<dyn Shape>],
+    light: &Area,
+    ray: &Ray,
+    side: u32,
+) -> Option<f64> {
+    let hit = engine.closest_hit(ray).filter(|hit| hit.shape == 0)?;
+    let surface = shapes[0].surface(ray, &hit);
+    let sum = (0..side * side).map(|i| {
+        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(side);
+        let u = glam::DVec2::new(at(i % side), at(i / side));
+        let Some(s) = light.sample_toward(surface.position, u) else { return 0.0 };
+        let shadow = s.shadow_ray(&surface);
+        let cosine = f64::from(s.direction.dot(surface.geometric_normal)).max(0.0);
+        let free = shadow.is_some_and(|shadow| !engine.occluded(&shadow));
+        if free { f64::from(s.weight.x) * cosine } else { 0.0 }
+    });
+    Some(sum.sum::<f64>() / f64::from(side * side))
+}
+
+/// Rays onto the diagonal of a square of half side 10 under small triangles of light: irradiances are those of the points that they
+/// are aimed at, to 1e-5. A point that were 1e-5 of the square beside its place would see the nearest lamp, at a height of 1/50, under
+/// an angle that is off by 1/200. The midpoint rule errs by a multiple of 1/side², which two sides remove; the rest is less than their
+/// difference.
+#[test]
+fn the_irradiance_on_a_diagonal_is_that_of_the_point() {
+    let turn = DMat3::from_axis_angle(DVec3::new(0.6, 0.48, 0.64), 0.9);
+    for (scale, turn) in [(1.0, DMat3::IDENTITY), (1.0, turn), (1e-8, turn), (1e8, turn)] {
+        let place = DAffine3::from_mat3(turn * scale);
+        let floor = DAffine3::from_scale(DVec3::new(10.0, 10.0, 1.0));
+        let floor = Arc::new(primitives::rectangle(place * floor, false).0);
+        let [a, b, c] = corners_of(&floor, 0);
+        // The longest edge.
+        let edges = [(a, b), (b, c), (c, a)];
+        let longest =
+            edges.into_iter().max_by(|p, q| p.0.distance(p.1).total_cmp(&q.0.distance(q.1)));
+        let (from, to) = longest.expect("three");
+        let normal = (b - a).cross(c - a).normalize();
+        let side = (to - from).normalize().cross(normal);
+        for (i, height) in (0..).zip([0.02, 0.1, 0.5, 2.0]) {
+            let target = from.lerp(to, 0.37 + 0.06 * f64::from(i));
+            // Seen from below, and wholly to one side of the point.
+            let corner = |along: f64, beside: f64, up: f64| {
+                let along = (to - from).normalize() * along;
+                target + (along + side * beside + normal * up) * (height * scale)
+            };
+            let corners = [corner(0.3, 0.4, 1.0), corner(0.9, 1.1, 1.3), corner(1.2, 0.2, 1.1)];
+            let lamp = Arc::new(mesh(corners.map(DVec3::as_vec3a).into(), vec![[0, 1, 2]]));
+            let corners = corners_of(&lamp, 0);
+            let faces_down = (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(normal);
+            assert!(faces_down < 0.0, "seen from above");
+            let shapes: [Arc<dyn Shape>; 2] = [floor.clone(), lamp.clone()];
+            let light = Area::new(lamp, Rgb::ONE).expect("an area");
+            let expected = under_polygon(target, normal, &corners);
+            let origin = (target + (normal - side * 0.3) * (0.3 * height * scale)).as_vec3a();
+            let aim = (target - origin.as_dvec3()).normalize().as_vec3a();
+            let ray = Ray::new(origin, aim);
+            for engine in engines(&shapes) {
+                let [coarse, fine] = [128, 256].map(|side| {
+                    irradiance_there(engine.as_ref(), &shapes, &light, &ray, side)
+                        .expect("the floor")
+                });
+                let found = fine + (fine - coarse) / 3.0;
+                let case = format!("{}, {height} at {scale}: {found}", engine.name());
+                assert!(
+                    ((fine - coarse) / expected).abs() < 2e-5,
+                    "{case}: not converged, {coarse}"
+                );
+                assert!((found / expected - 1.0).abs() < 1e-5, "{case}, not {expected}");
+                // It would be seen if the point were where an offset of 1e-5 of the square had moved it.
+                let moved = target + side * (1e-4 * scale);
+                let moved = under_polygon(moved, normal, &corners) / expected - 1.0;
+                assert!(moved.abs() > 1e-5, "{case}: {moved} is not told");
+            }
+        }
+    }
+}
+
 /// A closed mesh around the origin, whose edges are as often concave as convex, and the points between two of its
 /// corners for numbers of the unit cube.
 fn star_and_edges(seed: u64, count: u32) -> (TriangleMesh, Vec<DVec3>) {
