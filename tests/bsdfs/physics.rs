@@ -11,7 +11,7 @@ use telamon::bsdf::{
 use crate::support::quadrature::direction;
 use crate::support::stats::Moments;
 use crate::support::{BELOW_ONE, corners, points, points_3d};
-use crate::{direction_of, ensure, row};
+use crate::{check_sample, direction_of, ensure, row};
 
 /// Pairs of indices inside and outside.
 const INDICES: [(f32, f32); 5] =
