@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use telamon::film::exr::Metadata;
 use telamon::film::picture::Picture;
-use telamon::render::{SampleId, Statistics};
+use telamon::render::{Effort, SampleId, Statistics};
 
 use super::effort;
 use super::message::{warn, warn_with_help};
@@ -17,6 +17,8 @@ pub(super) struct Finished {
     pub(super) statistics: Statistics,
     /// Samples per pixel that were asked for.
     pub(super) asked: u32,
+    /// What should end it before.
+    pub(super) effort: Effort,
     pub(super) threads: usize,
 }
 

@@ -54,7 +54,7 @@ impl Arguments {
 
 /// One line for each part.
 fn overview(description: &Description, built: &str) -> String {
-    let Description { scene, film, sampler, integrator, .. } = description;
+    let Description { scene, film, sampler, integrator, effort, .. } = description;
     let objects = scene.objects();
     let triangles: usize = objects.iter().map(|o| triangles(o.shape.as_ref())).sum();
     let bounds = scene.bounds().map_or("nothing to be seen".to_owned(), |b| {
@@ -64,10 +64,13 @@ fn overview(description: &Description, built: &str) -> String {
         )
     });
     let shapes = format!("{} with {triangles} triangles, {}", objects.len(), bytes(scene.bytes()));
-    let samples = format!(
-        "{}, {} samples per pixel, seed {}",
-        sampler.kind, sampler.samples_per_pixel, sampler.seed
-    );
+    let count = match effort.error {
+        Some(error) => {
+            format!("until the relMSE is {error}, at most {}", sampler.samples_per_pixel)
+        }
+        None => sampler.samples_per_pixel.to_string(),
+    };
+    let samples = format!("{}, {count} samples per pixel, seed {}", sampler.kind, sampler.seed);
     let rows = [
         ("shapes", shapes),
         ("bounds", bounds),

@@ -11,6 +11,41 @@ use telamon::studio::{Axis, Background, Light, Material, Setup, Studio, View};
 use super::message::Failure;
 use super::values::Size;
 
+/// Kinds of files with meshes in them that other programs write, by their extensions.
+const FOREIGN: [(&str, &str); 14] = [
+    ("glb", "glTF"),
+    ("gltf", "glTF"),
+    ("fbx", "FBX"),
+    ("blend", "Blender's own"),
+    ("usd", "USD"),
+    ("usda", "USD"),
+    ("usdc", "USD"),
+    ("usdz", "USD"),
+    ("3mf", "3MF"),
+    ("dae", "COLLADA"),
+    ("abc", "Alembic"),
+    ("3ds", "3DS"),
+    ("off", "OFF"),
+    ("stp", "STEP"),
+];
+
+/// Refuses files of formats that nothing here reads, by their names: as XML they would be broken.
+pub(super) fn refuse_foreign(path: &Path) -> Result<(), Failure> {
+    let extension = path.extension().unwrap_or_default();
+    let is = |(known, _): &&(&str, &str)| extension.eq_ignore_ascii_case(known);
+    match FOREIGN.iter().find(is) {
+        Some((_, format)) => Err(Failure::new(format!(
+            "{}: the format {format} is not read (expected a scene file, .xml, or a mesh: {READ}; most programs \
+             export .obj and .ply)",
+            path.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// The meshes that are read.
+pub(super) const READ: &str = ".obj, .ply, .stl or .serialized, or one of them with .gz";
+
 /// How a mesh is shown that stands in the place of a scene. `telamon scene` writes what is made of it.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "A mesh instead of a scene")]

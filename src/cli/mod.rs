@@ -197,6 +197,7 @@ impl Input {
     ///
     /// Ends the process, as bad usage does, if options for meshes are given beside a scene.
     fn studio(&self, size: Option<Size>, turntable: u32) -> Result<Option<Studio>, Failure> {
+        mesh::refuse_foreign(&self.scene)?;
         if let Some(format) = MeshFormat::of(&self.scene) {
             // What it takes is given back before the scene is loaded.
             let limits = self.resources.limits();

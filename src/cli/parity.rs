@@ -19,7 +19,7 @@ use telamon::shape::Shape;
 
 use super::message::{self, Failure, warn};
 use super::progress::{Bar, rays_per_second};
-use super::{Ending, Resources, interrupt, print, values};
+use super::{Ending, Resources, interrupt, mesh, print, values};
 
 /// Fire the same rays through all engines and settle where they disagree
 #[derive(Args, Debug)]
@@ -194,6 +194,7 @@ impl Arguments {
 
     /// Which reader a file wants is said by its name, a last `.gz` aside.
     fn load(&self, limits: &Limits) -> Result<Subject, Failure> {
+        mesh::refuse_foreign(&self.input)?;
         let format = MeshFormat::of(&self.input);
         if format.is_some() && !self.defines.is_empty() {
             warn("`--define` changes nothing: it is for scene files, and this is a mesh");

@@ -21,6 +21,11 @@ impl Bar {
         Self(bar)
     }
 
+    /// Begins anew.
+    pub(super) fn begin(&self) {
+        self.0.reset();
+    }
+
     pub(super) fn update(&self, progress: &Progress<'_>) {
         let Progress { samples_done, samples_total, rays, .. } = *progress;
         self.show(samples_done, samples_total, |elapsed| {

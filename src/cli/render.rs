@@ -73,8 +73,8 @@ pub(super) struct Arguments {
     )]
     variance: bool,
 
-    /// Show the picture while it is rendered: in tev, or on a page of this machine for a browser; may be
-    /// repeated
+    /// Show the picture while it is rendered: in tev, on a page of this machine for a browser, or in the
+    /// terminal; may be repeated
     #[arg(
         long,
         value_name = "VIEWER",
@@ -82,9 +82,10 @@ pub(super) struct Arguments {
         long_help = "Show the picture while it is rendered; may be repeated. `tev` or `tev:HOST:PORT` sends it to \
                      the viewer tev, by default at 127.0.0.1:14158; it may be started later, and again. `web` or \
                      `web:PORT` serves a page on 127.0.0.1 for a browser; its address, which nobody can guess, is \
-                     said at the beginning. The page stays when the render has ended. A viewer changes nothing of \
-                     the picture, and none can hold the render up.",
-        conflicts_with = "turntable"
+                     said at the beginning. The page stays when the render has ended. `terminal` draws it where \
+                     the program runs, with kitty's graphics protocol in kitty, WezTerm and Ghostty and as half \
+                     blocks of 24-bit colour elsewhere. With --turntable one picture after the other is shown. A \
+                     viewer changes nothing of the picture, and none can hold the render up."
     )]
     live: Vec<Viewer>,
 
@@ -215,22 +216,28 @@ impl Arguments {
         let build = start.elapsed();
 
         let cancel = interrupt::watch()?;
+        let bar = Bar::new(self.quiet);
+        let beside = bar.clone();
+        let aside = move |write: &dyn Fn()| beside.suspend(write);
+        let live = viewers.start(&description, self.input.scene.display().to_string(), aside)?;
+        let watched = Watched { bar, live };
         let timings = [load, build];
         if cameras.is_empty() {
-            let (finished, mut live) =
-                self.render(&description, engine.as_ref(), timings, &cancel, viewers)?;
-            let ending = self.conclude(&finished, outputs);
-            live.close();
-            return ending;
+            let finished = self.render(&description, engine.as_ref(), timings, &cancel, &watched);
+            watched.live.end(&finished.statistics);
+            return watched.live.say(|| self.conclude(&finished, outputs));
         }
         let mut ending = Ending::Done;
-        for (number, camera) in (0..).zip(cameras) {
+        let last = cameras.len() - 1;
+        for (number, camera) in cameras.into_iter().enumerate() {
             description.camera = camera;
-            let nobody = Waiting::default();
-            let (finished, _) =
-                self.render(&description, engine.as_ref(), timings, &cancel, nobody)?;
-            let outputs = turntable::outputs(outputs, number).unwrap_or_default();
-            match self.conclude(&finished, &outputs)? {
+            watched.live.begin();
+            let finished = self.render(&description, engine.as_ref(), timings, &cancel, &watched);
+            if number == last || finished.statistics.ended == Ended::Cancelled {
+                watched.live.end(&finished.statistics);
+            }
+            let outputs = turntable::outputs(outputs, number as u32).unwrap_or_default();
+            match watched.live.say(|| self.conclude(&finished, &outputs))? {
                 Ending::Interrupted => return Ok(Ending::Interrupted),
                 Ending::Elsewhere => ending = Ending::Elsewhere,
                 Ending::Done => {}
@@ -265,18 +272,14 @@ impl Arguments {
         engine: &dyn Intersector,
         [load, build]: [Duration; 2],
         cancel: &AtomicBool,
-        viewers: Waiting,
-    ) -> Result<(Finished, Live), Failure> {
-        let bar = Bar::new(self.quiet);
-        let beside = bar.clone();
-        let warn = move |text: String| beside.suspend(|| warn(text));
-        let live = viewers.start(description, self.input.scene.display().to_string(), warn)?;
+        Watched { bar, live }: &Watched,
+    ) -> Finished {
+        bar.begin();
         let on_progress = |progress: Progress<'_>| {
             live.update(&progress);
             bar.update(&progress);
         };
         let (film, statistics) = render(description, engine, &on_progress, cancel);
-        live.end(&statistics);
         bar.finish();
         let metadata = Metadata {
             scene: self.input.scene.display().to_string(),
@@ -290,14 +293,14 @@ impl Arguments {
             rel_mse: statistics.errors.map(|e| e.rel_mse),
             noise_level: statistics.errors.map(|e| e.noise_level),
         };
-        let finished = Finished {
+        Finished {
             picture: Picture::from_film(&film),
             metadata,
             statistics,
             asked: description.sampler.samples_per_pixel,
+            effort: description.effort,
             threads: rayon::current_num_threads(),
-        };
-        Ok((finished, live))
+        }
     }
 
     /// Puts options in the place of the scene's own settings.
@@ -316,7 +319,7 @@ impl Arguments {
 
     /// Writes the files and says what was done.
     fn conclude(&self, finished: &Finished, outputs: &[Output]) -> Result<Ending, Failure> {
-        let Finished { statistics, asked, .. } = finished;
+        let Finished { statistics, asked, effort, .. } = finished;
         if statistics.samples == 0 {
             warn("interrupted before the first sample; nothing is written");
             return Ok(Ending::Interrupted);
@@ -340,7 +343,7 @@ impl Arguments {
             let samples = samples_per_pixel(statistics.samples_per_pixel);
             warn(format!("interrupted: {samples} of {asked} samples per pixel are in {names}"));
         }
-        if let Some(shortfall) = self.effort.shortfall(statistics.ended, statistics.errors) {
+        if let Some(shortfall) = effort::shortfall(effort, statistics.ended, statistics.errors) {
             warn(shortfall);
         }
         if !self.quiet {
@@ -352,6 +355,12 @@ impl Arguments {
             (false, false) => Ending::Done,
         })
     }
+}
+
+/// What shows how far a render has come.
+struct Watched {
+    bar: Bar,
+    live: Live,
 }
 
 /// Refuses files that cannot hold what the scene makes: PNG files of layers alone, and a variance beside

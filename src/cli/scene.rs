@@ -5,7 +5,7 @@ use clap::error::ErrorKind;
 
 use super::message::Failure;
 use super::values::{self, Size};
-use super::{Input, print, usage};
+use super::{Input, mesh, print, usage};
 
 /// Write the scene that is made of a mesh, to go on from
 #[derive(Args, Debug)]
@@ -27,9 +27,7 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let Some(studio) = self.input.studio(self.size, 1)? else {
             let scene = self.input.scene.display();
-            let message = format!(
-                "`{scene}` is no mesh (expected .obj, .ply, .stl or .serialized, or one of them with .gz)"
-            );
+            let message = format!("`{scene}` is no mesh (expected {})", mesh::READ);
             usage(ErrorKind::ValueValidation, &message)
         };
         print(studio.scene().as_bytes())

@@ -87,6 +87,29 @@ impl EmitterChoice {
     #[must_use]
     pub fn new(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>]) -> Self {
         let powers: Vec<_> = emitters.iter().map(|e| e.power()).collect();
+        Self::of_powers(policy, emitters, &powers)
+    }
+
+    /// The same for who follows the directions of surfaces too: where there are others, an emitter that
+    /// [is uniform](Emitter::is_uniform) is never chosen.
+    ///
+    /// With a lamp beside a uniform environment every second shadow ray would go to the environment, half of them into
+    /// the ground, for what directions find anyhow.
+    #[must_use]
+    pub fn beside_directions(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>]) -> Self {
+        let powers = emitters.iter().map(|e| if e.is_uniform() { Some(0.0) } else { e.power() });
+        let powers: Vec<_> = powers.collect();
+        if powers.iter().all(|&power| power == Some(0.0)) {
+            return Self::new(policy, emitters);
+        }
+        Self::of_powers(policy, emitters, &powers)
+    }
+
+    fn of_powers(
+        policy: ChoicePolicy,
+        emitters: &[Box<dyn Emitter>],
+        powers: &[Option<f64>],
+    ) -> Self {
         let parts = if policy == ChoicePolicy::Bvh { Parts::new(emitters) } else { None };
         let inside: f64 = powers.iter().flatten().sum();
         let least = 1e-3 * inside / powers.len() as f64;

@@ -38,6 +38,10 @@ impl Light for Constant {
         (Vec3::splat(token, self.radiance.into()), R::splat(token, warp::UNIFORM_SPHERE_PDF))
     }
 
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
     fn power(&self) -> Option<f64> {
         (self.radiance == Rgb::ZERO).then_some(0.0)
     }

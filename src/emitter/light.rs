@@ -29,6 +29,11 @@ pub trait Light: Debug + Send + Sync {
     /// See [`Emitter::power`].
     fn power(&self) -> Option<f64>;
 
+    /// See [`Emitter::is_uniform`].
+    fn is_uniform(&self) -> bool {
+        false
+    }
+
     /// See [`Emitter::parts`]. Unless said otherwise, those of an emitter outside of the scene: none.
     fn parts(&self) -> Vec<EmitterBounds> {
         Vec::new()
@@ -56,6 +61,10 @@ impl<T: Light> Emitter for T {
 
     fn power(&self) -> Option<f64> {
         Light::power(self)
+    }
+
+    fn is_uniform(&self) -> bool {
+        Light::is_uniform(self)
     }
 
     fn parts(&self) -> Vec<EmitterBounds> {

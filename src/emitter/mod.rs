@@ -59,6 +59,12 @@ pub trait Emitter: Debug + Send + Sync {
     /// so a rough value costs noise but no bias.
     fn power(&self) -> Option<f64>;
 
+    /// Whether it is all around and the same in every direction. What a surface makes of that follows from how it
+    /// scatters alone, so that directions which it scatters to find such a light better than any that the light chooses.
+    fn is_uniform(&self) -> bool {
+        false
+    }
+
     /// Bounds of what may be chosen by itself: of the emitter, or of each primitive of one that has many. None for
     /// an emitter outside the scene.
     fn parts(&self) -> Vec<EmitterBounds>;

@@ -84,8 +84,10 @@ impl Pixels {
     }
 }
 
-/// A pixel's colour bytes.
-fn encode_pixel(rgb: [f32; 3], coverage: f32, scale: f32) -> [u8; 3] {
+/// A pixel's colour bytes, as [`write_png`] has them: linear values that were multiplied by the `coverage` from 0 to 1
+/// (alpha; 1 where there is none), brighter by the factor `scale`. NaN is magenta.
+#[must_use]
+pub fn encode_pixel(rgb: [f32; 3], coverage: f32, scale: f32) -> [u8; 3] {
     if rgb.iter().any(|v| v.is_nan()) {
         return MAGENTA;
     }

@@ -13,7 +13,7 @@ use super::properties::Object;
 use super::view::{View, view};
 use crate::integrator::IntegratorSettings;
 use crate::memory::Limits;
-use crate::render::{Description, Effort};
+use crate::render::Description;
 use crate::scene::Scene;
 
 /// What is wrong, and what may not be as meant.
@@ -65,20 +65,17 @@ fn describe<'a>(graph: &Graph, context: &'a Context<'a>, notes: &mut Notes) -> O
     if !notes.issues.is_empty() {
         return None;
     }
-    let View { camera, camera_motion, film, sampler } = view?;
+    let View { camera, camera_motion, film, sampler, effort, error } = view?;
     let integrator = settings.unwrap_or_default();
+    if let Some(place) = error.filter(|_| integrator.picture().is_none()) {
+        let message = "`error` needs a picture, and the integrator makes layers alone";
+        notes.issues.push(Issue::new(place, message));
+        return None;
+    }
     let scene = Scene::new(objects, parts.bsdfs, parts.emitters, environment)
         .expect("indices were handed out with the parts");
     notes.warnings.extend(darkness(&scene, &integrator, root.place));
-    Some(Description {
-        scene,
-        camera,
-        camera_motion,
-        film,
-        sampler,
-        integrator,
-        effort: Effort::default(),
-    })
+    Some(Description { scene, camera, camera_motion, film, sampler, integrator, effort })
 }
 
 /// A warning if nothing in a scene emits and the integrator shows light.

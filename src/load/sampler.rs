@@ -1,9 +1,11 @@
 //! Samplers of scene files.
 
+use super::document::Place;
 use super::plugins::{self, Build, Category, Plugin};
 use super::problem::Issue;
 use super::properties::Object;
-use crate::property::{Default, Kind, PropertyInfo, property};
+use crate::property::{Bounds, Default, Kind, PropertyInfo, property};
+use crate::render::Effort;
 use crate::sampler::settings::{About, PROPERTIES, SAMPLE_COUNT, SEED};
 use crate::sampler::{SamplerKind, SamplerSettings};
 
@@ -21,12 +23,19 @@ const STRENGTH: PropertyInfo = property(
     "not needed: four dimensions of `sobol` are spread together",
 );
 
+const ERROR: PropertyInfo = property(
+    "error",
+    Kind::Float(Bounds::Positive),
+    Default::Absent("all samples are taken"),
+    "relMSE at which a render ends, be it before `sample_count`; see `telamon render --error` (not in Mitsuba)",
+);
+
 /// Our own, and Mitsuba's that we do not have.
 pub(super) fn plugins() -> impl Iterator<Item = Plugin> {
     let ours = SamplerKind::ALL.iter().map(|&kind| {
         let About { name, help, .. } = kind.about();
         let build = Build::Sampler(kind);
-        Plugin { name, help, properties: PROPERTIES, parts: &[], build }
+        Plugin { name, help, properties: &[SAMPLE_COUNT, SEED, ERROR], parts: &[], build }
     });
     ours.chain([
         stand_in("stratified", &[SAMPLE_COUNT, SEED, JITTER]),
@@ -47,8 +56,8 @@ fn stand_in(name: &'static str, properties: &'static [PropertyInfo]) -> Plugin {
     Plugin { name, help, properties, parts: &[], build: Build::Sampler(SamplerKind::Sobol) }
 }
 
-/// The settings that an object describes, and a warning if it has another sampler's name.
-pub(super) fn build(object: &Object<'_>) -> (SamplerSettings, Option<Issue>) {
+/// The settings that an object describes, what ends the render, and a warning if it has another sampler's name.
+pub(super) fn build(object: &Object<'_>) -> (SamplerSettings, Effort, Option<Issue>) {
     let Build::Sampler(kind) = object.plugin().build else {
         unreachable!("callers pass samplers");
     };
@@ -58,5 +67,12 @@ pub(super) fn build(object: &Object<'_>) -> (SamplerSettings, Option<Issue>) {
         let message = format!("sampler `{kind}` is used in place of `{name}`");
         Issue::new(object.place_of_type(), message)
     });
-    (settings, warning)
+    // Those that are replaced have no such property.
+    let error = if object.has(ERROR.name) { object.number(ERROR.name) } else { None };
+    (settings, Effort { error, ..Effort::default() }, warning)
+}
+
+/// Where an object says that an error ends the render, if it does.
+pub(super) fn place_of_error(object: &Object<'_>) -> Option<Place> {
+    object.has(ERROR.name).then(|| object.place_of(ERROR.name))
 }

@@ -8,6 +8,7 @@ use super::properties::Object;
 use super::{film, sampler, sensor};
 use crate::camera::Camera;
 use crate::film::FilmSettings;
+use crate::render::Effort;
 use crate::sampler::SamplerSettings;
 use crate::scene::CameraMotion;
 
@@ -17,6 +18,9 @@ pub(super) struct View {
     pub(super) camera_motion: Option<CameraMotion>,
     pub(super) film: FilmSettings,
     pub(super) sampler: SamplerSettings,
+    pub(super) effort: Effort,
+    /// Where an error is asked for.
+    pub(super) error: Option<Place>,
 }
 
 /// The first sensor with its film and sampler.
@@ -56,14 +60,21 @@ pub(super) fn view(sensors: &[Object<'_>], scene: Place, notes: &mut Notes) -> O
 fn build_view(sensor: &Object<'_>, warnings: &mut Vec<Issue>) -> Result<View, Issue> {
     let film = sensor.part_or(Category::Film, &film::HDRFILM);
     let sampler = sensor.part_or(Category::Sampler, sampler::default());
-    let (sampler_settings, warning) = sampler::build(&sampler);
+    let (sampler_settings, effort, warning) = sampler::build(&sampler);
     warnings.extend(warning);
     match (sensor.plugin().build, film.plugin().build) {
         (Build::Sensor(build_camera), Build::Film(build_film)) => {
             let film_settings = build_film(&film)?;
             let camera_motion = sensor::motion(sensor)?;
             let camera = build_camera(sensor, &film_settings)?;
-            Ok(View { camera, camera_motion, film: film_settings, sampler: sampler_settings })
+            Ok(View {
+                camera,
+                camera_motion,
+                film: film_settings,
+                sampler: sampler_settings,
+                effort,
+                error: sampler::place_of_error(&sampler),
+            })
         }
         _ => unreachable!("parts are of the categories asked for"),
     }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// What ends a render before it has all samples that its sampler is told to take, and where they
-/// go and come first. Scene files have no properties for it.
+/// go and come first. Of this, scene files can say `error`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
     /// Time to render in. The first sample of each pixel is always taken, and every pass finished.

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::framing::Basis;
 use super::setup::{Background, Light, Material};
-use super::{SAMPLES, SAMPLES_OF_GLASS, Studio};
+use super::{ERROR, SAMPLES, Studio};
 use crate::load::mesh::MeshFormat;
 
 /// Edges at which a mesh without normals turns by more degrees are creases: corners of boxes and of coarse prisms, not the
@@ -87,9 +87,9 @@ fn camera(text: &mut Text, studio: &Studio, basis: &Basis) {
         text.line("<string name=\"pixel_format\" value=\"rgba\"/>");
     }
     text.close("</film>");
-    let samples = if studio.material == Material::Glass { SAMPLES_OF_GLASS } else { SAMPLES };
     text.open("<sampler type=\"sobol\">");
-    text.line(&format!("<integer name=\"sample_count\" value=\"{samples}\"/>"));
+    text.line(&format!("<integer name=\"sample_count\" value=\"{SAMPLES}\"/>"));
+    text.line(&format!("<float name=\"error\" value=\"{ERROR}\"/>"));
     text.close("</sampler>");
     text.close("</sensor>");
 }

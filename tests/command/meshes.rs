@@ -94,7 +94,13 @@ fn all_commands_take_meshes() {
     folder.succeed("render c.stl --size 16x12 --spp 1");
     assert!(folder.names().contains(&"c.png".to_owned()), "{:?}", folder.names());
     let inspected = folder.succeed("inspect b.OBJ").stdout;
-    for part in ["red", "blue", "800x600 pixels", "sobol, 64 samples per pixel", "perspective"] {
+    for part in [
+        "red",
+        "blue",
+        "800x600 pixels",
+        "sobol, until the relMSE is 0.000625, at most 256 samples per pixel",
+        "perspective",
+    ] {
         assert!(inspected.contains(part), "{part}: {inspected}");
     }
     let traced = folder.succeed("trace a.obj --size 16x12 --pixel 8,6").stdout;
@@ -154,6 +160,16 @@ fn what_is_wrong_is_said() {
     assert!(error.contains("broken.obj:5:5: expected a number, found `two`"), "{error}");
     let error = folder.fail("render none.stl -o a.png", 1);
     assert!(error.contains("none.stl: cannot be read: No such file"), "{error}");
+    let error = folder.fail("render x.glb", 1);
+    assert!(
+        error.contains("x.glb: the format glTF is not read (expected a scene file, .xml, or a mesh: .obj, .ply, .stl or"),
+        "{error}"
+    );
+    let error = folder.fail("render a.obj --live terminal -o a.png", 1);
+    assert!(
+        error.contains("`--live terminal` needs a terminal, and standard error is none"),
+        "{error}"
+    );
     // Nobody wrote the scene that is made of a mesh, so nothing is shown of it.
     fs::write(folder.path("d.obj"), format!("{PYRAMID}f 1 1 2\nf 1 2 2\n")).expect("writable");
     let run = folder.succeed("render d.obj --size 8x6 --spp 1 -o d.png --quiet");

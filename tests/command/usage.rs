@@ -26,7 +26,7 @@ fn bad_usage_ends_with_2() {
         ("render scene.xml --noise-level x", "expected a number above 0"),
         ("render scene.xml --threads 0", "0 is not in 1..=1024"),
         ("render scene.xml --seed -1", "unexpected argument '-1'"),
-        ("render scene.xml --live vnc", "expected tev, tev:HOST:PORT, web or web:PORT"),
+        ("render scene.xml --live vnc", "expected tev, tev:HOST:PORT, web, web:PORT or terminal"),
         (
             "render scene.xml --live tev:farm",
             "expected a host and a port, such as tev:127.0.0.1:14158",

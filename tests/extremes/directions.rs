@@ -178,7 +178,7 @@ fn broken_vertex_normals_are_no_nan() {
 }
 
 /// The ends of the square of numbers: no material and no angle makes them a direction without a density.
-/// (`bsdfs.rs` has all materials at ordinary angles; these are the flattest that f32 holds.)
+/// (`bsdfs` has all materials at ordinary angles; these are the flattest that f32 holds.)
 #[test]
 fn corners_of_the_square_at_the_flattest_angles() {
     for material in crate::support::materials::materials() {

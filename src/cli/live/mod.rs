@@ -3,8 +3,8 @@
 //! Each viewer has a thread of its own, which copies from a [`Preview`] what has changed since it looked last. The
 //! render never waits for a viewer, however slow that is.
 
-use std::io;
 use std::str::FromStr;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -13,11 +13,13 @@ use telamon::film::AovLayer;
 use telamon::render::{Description, Effort, Ended, Errors, Preview, Progress, Statistics};
 
 mod pace;
+mod terminal;
 mod tev;
 mod web;
 
-use super::message::{Failure, say};
+use super::message::{Failure, say, warn};
 use pace::Pace;
+use terminal::Terminal;
 
 /// How long viewers have in the end to take what is new.
 const FAREWELL: Duration = Duration::from_secs(2);
@@ -29,6 +31,8 @@ pub(super) enum Viewer {
     Tev(String),
     /// A web page, at a port of this machine; 0 is one that is free.
     Web(u16),
+    /// The terminal in which the program runs.
+    Terminal,
 }
 
 impl FromStr for Viewer {
@@ -49,7 +53,8 @@ impl FromStr for Viewer {
             ("web", None) => Ok(Self::Web(0)),
             ("web", Some(port)) if is_port(port) => Ok(Self::Web(port.parse().unwrap_or(0))),
             ("web", Some(_)) => Err("expected a port from 1 to 65535, such as web:8080"),
-            _ => Err("expected tev, tev:HOST:PORT, web or web:PORT"),
+            ("terminal", None) => Ok(Self::Terminal),
+            _ => Err("expected tev, tev:HOST:PORT, web, web:PORT or terminal"),
         }
     }
 }
@@ -63,6 +68,7 @@ pub(super) struct Waiting(Vec<Open>);
 enum Open {
     Tev(String),
     Web(web::Listener),
+    Terminal(Terminal),
 }
 
 impl Waiting {
@@ -73,6 +79,7 @@ impl Waiting {
             Viewer::Web(port) => web::Listener::open(*port)
                 .map(Open::Web)
                 .map_err(|e| Failure::new(format!("cannot serve on 127.0.0.1:{port}: {e}"))),
+            Viewer::Terminal => Terminal::open().map(Open::Terminal).map_err(Failure::new),
         };
         let opened = viewers.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         for viewer in &opened {
@@ -87,25 +94,36 @@ impl Waiting {
         self.0.is_empty()
     }
 
-    /// Begins to show the render of `description`, made from the scene file `scene`. What there is to warn of goes
-    /// to `warn`.
+    /// Begins to show the renders of `description` and of others that differ in the camera alone, made from the scene
+    /// file `scene`. `aside` runs what writes to standard error, while nothing else does.
     pub(super) fn start(
         self,
         description: &Description,
         scene: String,
-        warn: impl Fn(String) + Send + Sync + 'static,
-    ) -> io::Result<Live> {
+        aside: impl Fn(&dyn Fn()) + Send + Sync + 'static,
+    ) -> Result<Live, Failure> {
         if self.is_empty() {
             return Ok(Live { shared: None, viewers: Vec::new() });
         }
-        let shared = Arc::new(Shared::new(description, scene));
-        let warn = Arc::new(warn);
+        let in_terminal = self.0.iter().any(|viewer| matches!(viewer, Open::Terminal(_)));
+        if in_terminal && description.integrator.picture().is_none() {
+            let message = "`--live terminal` shows the picture, and the scene makes layers alone";
+            return Err(Failure::new(message));
+        }
+        let shared = Arc::new(Shared { in_terminal, ..Shared::new(description, scene) });
+        let aside = Arc::new(aside);
         let mut viewers = Vec::new();
         for viewer in self.0 {
-            let (shared, warn) = (Arc::clone(&shared), Arc::clone(&warn));
+            let (shared, aside) = (Arc::clone(&shared), Arc::clone(&aside));
             let show = move || match viewer {
-                Open::Tev(address) => tev::show(&shared, &address, warn.as_ref()),
+                Open::Tev(address) => {
+                    let warn = |text: String| aside(&|| shared.say(|| warn(text.as_str())));
+                    tev::show(&shared, &address, &warn);
+                }
                 Open::Web(listener) => web::serve(&shared, &listener),
+                Open::Terminal(terminal) => {
+                    terminal::show(&shared, &terminal, &|write| aside(&|| write()));
+                }
             };
             viewers.push(thread::Builder::new().name("live".to_owned()).spawn(show)?);
         }
@@ -134,6 +152,23 @@ impl Live {
             }
             status.errors = errors.or(status.errors);
         }
+    }
+
+    /// Another picture begins, of the same scene and film.
+    pub(super) fn begin(&self) {
+        let Some(shared) = &self.shared else { return };
+        *shared.status() = Status::default();
+    }
+
+    /// Runs what writes lines to standard error, once a picture in the terminal above them has all that there is.
+    pub(super) fn say<T>(&self, write: impl FnOnce() -> T) -> T {
+        let Some(shared) = &self.shared else { return write() };
+        let begin = Instant::now();
+        let is_late = || shared.drawn.load(Ordering::Acquire) < shared.preview.version();
+        while shared.in_terminal && is_late() && begin.elapsed() < FAREWELL {
+            thread::sleep(Duration::from_millis(5));
+        }
+        shared.say(write)
     }
 
     /// No more samples come. Viewers get what they lack while the picture is written.
@@ -175,6 +210,12 @@ struct Shared {
     effort: Effort,
     status: Mutex<Status>,
     has_ended: Condvar,
+    /// Whether a terminal shows the picture.
+    in_terminal: bool,
+    /// Version of the preview that it shows.
+    drawn: AtomicU64,
+    /// How many times something else was written there. Who writes keeps it.
+    said: Mutex<u64>,
 }
 
 /// How far a render has come.
@@ -198,7 +239,17 @@ impl Shared {
             effort: description.effort,
             status: Mutex::default(),
             has_ended: Condvar::new(),
+            in_terminal: false,
+            drawn: AtomicU64::new(0),
+            said: Mutex::default(),
         }
+    }
+
+    /// Runs what writes lines to standard error.
+    fn say<T>(&self, write: impl FnOnce() -> T) -> T {
+        let mut said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        *said += 1;
+        write()
     }
 
     /// Kept for a moment only: a render does without it meanwhile.
@@ -224,6 +275,7 @@ mod tests {
         assert_eq!("tev".parse(), tev("127.0.0.1:14158"));
         assert_eq!("tev:farm.example:1".parse(), tev("farm.example:1"));
         assert_eq!("tev:[::1]:14159".parse(), tev("[::1]:14159"));
+        assert_eq!("terminal".parse(), Ok(Viewer::Terminal));
         assert_eq!("web".parse(), Ok(Viewer::Web(0)));
         assert_eq!("web:8080".parse(), Ok(Viewer::Web(8080)));
         for (bad, expected) in [
@@ -234,8 +286,9 @@ mod tests {
             ("web:", "a port from 1 to 65535"),
             ("web:0", "a port from 1 to 65535"),
             ("web:65536", "a port from 1 to 65535"),
-            ("", "tev, tev:HOST:PORT, web or web:PORT"),
-            ("Web", "tev, tev:HOST:PORT, web or web:PORT"),
+            ("", "tev, tev:HOST:PORT, web, web:PORT or terminal"),
+            ("Web", "tev, tev:HOST:PORT, web, web:PORT or terminal"),
+            ("terminal:1", "tev, tev:HOST:PORT, web, web:PORT or terminal"),
         ] {
             let refusal = bad.parse::<Viewer>().expect_err(bad);
             assert!(refusal.contains(expected), "{bad}: {refusal}");

@@ -116,7 +116,11 @@ impl Path {
     /// A path tracer for `scene`.
     #[must_use]
     pub fn new(settings: &PathSettings, scene: &Scene) -> Self {
-        let emitters = EmitterChoice::new(settings.emitter_choice, scene.emitters());
+        let choose = match settings.strategy {
+            Strategy::Mis(_) => EmitterChoice::beside_directions,
+            Strategy::Bsdf | Strategy::Emitter => EmitterChoice::new,
+        };
+        let emitters = choose(settings.emitter_choice, scene.emitters());
         Self { settings: *settings, emitters, extras: Extras::of(settings, scene) }
     }
 
