@@ -370,6 +370,24 @@ fn both_densities_of_the_environment_are_one() {
     assert!((s.weight * s.pdf - sky.radiance(&sight)).abs().max_element() < 1e-6);
 }
 
+/// What is the same all around is left to the directions of surfaces, but not if there is nothing else.
+#[test]
+fn a_uniform_sky_beside_a_lamp_is_never_chosen() {
+    let floor = Receiver { position: DVec3::X, normal: Vec3A::Z, both_sides: true };
+    let sky = || Box::new(Constant::new(Vec3A::ONE)) as Box<dyn Emitter>;
+    let mut emitters = two_lights([1.0, 3.0]);
+    emitters.push(sky());
+    for policy in [ChoicePolicy::Power, ChoicePolicy::Uniform, ChoicePolicy::Bvh] {
+        let shares = |choice: EmitterChoice| [0, 1, 2].map(|i| choice.probability(&floor, i));
+        let [a, b, outside] = shares(EmitterChoice::beside_directions(policy, &emitters));
+        assert_eq!((a + b, outside), (1.0, 0.0), "{policy:?}");
+        assert!(a > 0.0 && b > 0.0, "{policy:?}");
+        assert!(shares(EmitterChoice::new(policy, &emitters))[2] > 0.0, "{policy:?}");
+        let alone = EmitterChoice::beside_directions(policy, &[sky()]);
+        assert_eq!(alone.probability(&floor, 0), 1.0, "{policy:?}");
+    }
+}
+
 fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {
     powers
         .map(|power| Box::new(Point::new(Vec3A::ZERO, Vec3A::splat(power))) as Box<dyn Emitter>)

@@ -138,6 +138,9 @@ fn sunny(to_world: Mat3A) -> EnvironmentMap {
     EnvironmentMap::new(Bitmap::new(Arc::new(image), settings), 2.0, to_world).expect("finite")
 }
 
+/// An environment that stands in the scene as this says.
+type MakeSky = fn(Mat3A) -> Box<dyn Emitter>;
+
 /// What a shadow ray is sent to outside of the scene has the density that a scattered ray of the same direction finds
 /// when it leaves, alone and beside area lights, over which the choice goes: the same function of the same 32-bit
 /// direction, so no more than the roundings of the products with the choice's probability apart, two on each side, and
@@ -145,7 +148,7 @@ fn sunny(to_world: Mat3A) -> EnvironmentMap {
 #[test]
 fn both_ends_agree_on_the_density_of_an_environment() {
     let turn = Mat3A::from_rotation_y(0.7) * Mat3A::from_rotation_x(0.4);
-    let skies: [(&str, fn(Mat3A) -> Box<dyn Emitter>); 2] = [
+    let skies: [(&str, MakeSky); 2] = [
         ("constant", |_| Box::new(Constant::new(Rgb::new(0.2, 0.5, 1.0)))),
         ("picture", |turn| Box::new(sunny(turn))),
     ];

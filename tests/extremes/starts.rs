@@ -335,7 +335,7 @@ fn the_irradiance_on_a_diagonal_is_that_of_the_point() {
                 let along = (to - from).normalize() * along;
                 target + (along + side * beside + normal * up) * (height * scale)
             };
-            let corners = [corner(0.3, 0.4, 1.0), corner(0.9, 1.1, 1.3), corner(1.2, 0.2, 1.1)];
+            let corners = [corner(0.3, 0.4, 1.0), corner(1.2, 0.2, 1.1), corner(0.9, 1.1, 1.3)];
             let lamp = Arc::new(mesh(corners.map(DVec3::as_vec3a).into(), vec![[0, 1, 2]]));
             let corners = corners_of(&lamp, 0);
             let faces_down = (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(normal);
