@@ -5,6 +5,10 @@
 //! ./setup.sh --peers
 //! cargo test --features peers --test peers
 //! ```
+//!
+//! Empty without that feature, since nothing else installs what it needs.
+
+#![cfg(feature = "peers")]
 
 mod embreex;
 mod engines;
