@@ -196,19 +196,18 @@ fn requirements(requirements: &Requirements) -> String {
 
 /// What paths carry.
 fn carried(parts: &[Part]) -> String {
-    let bytes = |parts: &mut dyn Iterator<Item = &Part>| parts.map(|p| p.bytes).sum::<usize>();
-    let (all, some) =
-        (bytes(&mut parts.iter()), bytes(&mut parts.iter().filter(|p| p.reason.is_ok())));
-    if all == 0 {
+    if parts.is_empty() {
         return String::new();
     }
-    let row = |part: &Part| {
-        let (bytes, reason) = match &part.reason {
-            Ok(reason) => (part.bytes, reason),
+    let (mut all, mut some, mut rows) = (0, 0, Vec::new());
+    for Part { name, bytes, reason } in parts {
+        let (carried, reason) = match reason {
+            Ok(reason) => (*bytes, reason),
             Err(reason) => (0, reason),
         };
-        vec![part.name.to_owned(), bytes.to_string(), reason.clone()]
-    };
-    let rows: Vec<_> = parts.iter().map(row).collect();
+        all += bytes;
+        some += carried;
+        rows.push(vec![(*name).to_owned(), carried.to_string(), reason.clone()]);
+    }
     format!("\nA path carries {some} of {all} bytes\n{}", table(&rows, &[1]))
 }

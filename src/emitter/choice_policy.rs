@@ -4,6 +4,9 @@ use crate::property::named::names;
 use crate::property::{Default, Kind, Named, PropertyInfo, property};
 
 /// How one emitter is picked.
+///
+/// Where directions of surfaces find light as well (multiple importance sampling), a uniform environment beside other
+/// lights is left to them, whichever way it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChoicePolicy {
     /// All alike.
@@ -14,9 +17,6 @@ pub enum ChoicePolicy {
     /// By intensity, distance and orientation, among the emitters inside the scene and the primitives of those that have
     /// many: through a [`LightBvh`](super::LightBvh), or where they are at most 32 by weighing each. Each emitter
     /// outside, such as an environment, is as likely as all of these together.
-    ///
-    /// With whichever policy, where directions of surfaces find light as well, a uniform environment beside other lights
-    /// is left to them.
     Bvh,
 }
 

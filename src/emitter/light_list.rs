@@ -48,17 +48,16 @@ impl LightList {
     ) -> R::Double {
         let token = receivers.normal.token();
         let weights = &mut weights[..self.lights.len()];
-        let mut sum = R::Double::splat(token, 0.0);
+        let zero = R::Double::splat(token, 0.0);
+        let (mut sum, mut useful) = (zero, zero);
         for ((_, bounds), weight) in self.lights.iter().zip(weights.iter_mut()) {
             *weight = bounds.importance(receivers);
             sum += *weight;
-        }
-        let mut useful = R::Double::splat(token, 0.0);
-        for weight in weights.iter() {
             useful += R::Double::select(weight.gt(0.0), 1.0, 0.0);
         }
-        let alike = sum * (ALIKE / (1.0 - ALIKE)) / R::Double::select(useful.gt(0.0), useful, 1.0);
-        let mut total = R::Double::splat(token, 0.0);
+        // NaN where no light is of use, and there not needed.
+        let alike = sum * (ALIKE / (1.0 - ALIKE)) / useful;
+        let mut total = zero;
         for weight in weights {
             *weight = R::Double::select(weight.gt(0.0), *weight + alike, 0.0);
             total += *weight;

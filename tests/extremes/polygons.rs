@@ -3,29 +3,15 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2, DVec3};
-use telamon::emitter::{Area, Emitter};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+use telamon::emitter::{Area, Emitter, EmitterSample};
 use telamon::math::Rgb;
 use telamon::ray::Ray;
-use telamon::shape::{Shape, TriangleMesh};
+use telamon::shape::{Shape, TriangleMesh, primitives};
 
-use crate::support::meshes::{engines, mesh};
+use crate::support::lights::lambert;
+use crate::support::meshes::{corners_of, engines, mesh};
 use crate::support::points_3d;
-
-/// Irradiance at `point` with the unit normal `normal` from a polygon of radiance 1 above its horizon: half the sum of the
-/// angles under which its sides are seen, each times the cosine between `normal` and the normal of the plane through the
-/// side and the point (Lambert, Photometria, 1760).
-fn lambert(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
-    let toward: Vec<_> = corners.iter().map(|c| (*c - point).normalize()).collect();
-    let side = |i: usize| {
-        let (a, b) = (toward[i], toward[(i + 1) % toward.len()]);
-        let across = a.cross(b);
-        // Loses nothing for small angles.
-        let angle = across.length().atan2(a.dot(b));
-        angle * across.normalize().dot(normal)
-    };
-    0.5 * (0..toward.len()).map(side).sum::<f64>().abs()
-}
 
 /// Triangles above the plane y = 0 that face the origin at more than 12 degrees, near and far.
 fn lamps() -> Vec<[DVec3; 3]> {
@@ -112,15 +98,20 @@ fn polygons_light_an_edge_as_they_should() {
                     let shape: Arc<dyn Shape> = Arc::new(triangles(&divided(lamp, times)));
                     let light = Area::new(shape, Rgb::ONE).expect("an area");
                     let [coarse, found] =
-                        [256, 512].map(|side| irradiance(&light, point, normal, side));
+                        [256, 512].map(|side| irradiance(&light, point, normal, side, |_| true));
                     worst = worst.max((found - expected).abs());
                     let figures = format!("{found} {expected}");
                     let name = format!("{name}, {}, {lamp:?}", engine.name());
                     assert!((found - expected).abs() < 1e-5, "{name}, {times}: {figures}");
                     assert!((found - coarse).abs() < 3e-5, "{name}, {times}: {coarse} {found}");
                     // From a point 1e-4 beside it, as f32 weights would have it, that shows.
-                    let beside =
-                        irradiance(&light, point + lamp[0].cross(normal) * 1e-4, normal, 512);
+                    let beside = irradiance(
+                        &light,
+                        point + lamp[0].cross(normal) * 1e-4,
+                        normal,
+                        512,
+                        |_| true,
+                    );
                     assert!((beside - expected).abs() > 1e-6 || expected < 0.05, "{name}");
                 }
             }
@@ -129,11 +120,79 @@ fn polygons_light_an_edge_as_they_should() {
     assert!(worst > 0.0, "nothing was compared");
 }
 
-/// The mean over a grid of `side`² samples.
-fn irradiance(light: &dyn Emitter, point: DVec3, normal: DVec3, side: u32) -> f64 {
+/// Rays onto the diagonal of a square of half side 10 under small triangles of light: irradiances are those of the points that they
+/// are aimed at, to 1e-5. A point that were 1e-5 of the square beside its place would see the nearest lamp, at a height of 1/50, under
+/// an angle that is off by 1/200. The midpoint rule errs by a multiple of 1/side², which two sides remove; the rest is less than their
+/// difference.
+#[test]
+fn the_irradiance_on_a_diagonal_is_that_of_the_point() {
+    let turn = DMat3::from_axis_angle(DVec3::new(0.6, 0.48, 0.64), 0.9);
+    for (scale, turn) in [(1.0, DMat3::IDENTITY), (1.0, turn), (1e-8, turn), (1e8, turn)] {
+        let place = DAffine3::from_mat3(turn * scale);
+        let floor = DAffine3::from_scale(DVec3::new(10.0, 10.0, 1.0));
+        let floor = Arc::new(primitives::rectangle(place * floor, false).0);
+        let [a, b, c] = corners_of(&floor, 0);
+        // The longest edge.
+        let edges = [(a, b), (b, c), (c, a)];
+        let longest =
+            edges.into_iter().max_by(|p, q| p.0.distance(p.1).total_cmp(&q.0.distance(q.1)));
+        let (from, to) = longest.expect("three");
+        let normal = (b - a).cross(c - a).normalize();
+        let side = (to - from).normalize().cross(normal);
+        for (i, height) in (0..).zip([0.02, 0.1, 0.5, 2.0]) {
+            let target = from.lerp(to, 0.37 + 0.06 * f64::from(i));
+            // Seen from below, and wholly to one side of the point.
+            let corner = |along: f64, beside: f64, up: f64| {
+                let along = (to - from).normalize() * along;
+                target + (along + side * beside + normal * up) * (height * scale)
+            };
+            let corners = [corner(0.3, 0.4, 1.0), corner(1.2, 0.2, 1.1), corner(0.9, 1.1, 1.3)];
+            let lamp = Arc::new(mesh(corners.map(DVec3::as_vec3a).into(), vec![[0, 1, 2]]));
+            let corners = corners_of(&lamp, 0);
+            let faces_down = (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(normal);
+            assert!(faces_down < 0.0, "seen from above");
+            let shapes: [Arc<dyn Shape>; 2] = [floor.clone(), lamp.clone()];
+            let light = Area::new(lamp, Rgb::ONE).expect("an area");
+            let expected = lambert(&corners, target, normal);
+            let origin = (target + (normal - side * 0.3) * (0.3 * height * scale)).as_vec3a();
+            let aim = (target - origin.as_dvec3()).normalize().as_vec3a();
+            let ray = Ray::new(origin, aim);
+            for engine in engines(&shapes) {
+                let hit = engine.closest_hit(&ray).filter(|hit| hit.shape == 0);
+                let surface = floor.surface(&ray, &hit.expect("the floor"));
+                let is_free = |sample: &EmitterSample| {
+                    sample.shadow_ray(&surface).is_some_and(|shadow| !engine.occluded(&shadow))
+                };
+                let [coarse, fine] = [128, 256]
+                    .map(|side| irradiance(&light, surface.position, normal, side, is_free));
+                let found = fine + (fine - coarse) / 3.0;
+                let case = format!("{}, {height} at {scale}: {found}", engine.name());
+                assert!(
+                    ((fine - coarse) / expected).abs() < 2e-5,
+                    "{case}: not converged, {coarse}"
+                );
+                assert!((found / expected - 1.0).abs() < 1e-5, "{case}, not {expected}");
+                // It would be seen if the point were where an offset of 1e-5 of the square had moved it.
+                let moved = target + side * (1e-4 * scale);
+                let moved = lambert(&corners, moved, normal) / expected - 1.0;
+                assert!(moved.abs() > 1e-5, "{case}: {moved} is not told");
+            }
+        }
+    }
+}
+
+/// The mean over a grid of `side`² samples of those that are free.
+fn irradiance(
+    light: &dyn Emitter,
+    point: DVec3,
+    normal: DVec3,
+    side: u32,
+    is_free: impl Fn(&EmitterSample) -> bool,
+) -> f64 {
     let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(side);
     let samples = (0..side * side).map(|i| DVec2::new(middle(i % side), middle(i / side)));
-    let arriving = samples.filter_map(|u| light.sample_toward(point, u)).map(|sample| {
+    let arriving = samples.filter_map(|u| light.sample_toward(point, u)).filter(is_free);
+    let arriving = arriving.map(|sample| {
         let cosine = sample.direction.as_dvec3().dot(normal).max(0.0);
         f64::from(sample.weight.x) * cosine
     });

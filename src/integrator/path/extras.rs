@@ -59,9 +59,9 @@ fn time(scene: &Scene) -> Reason {
 }
 
 fn eta(scene: &Scene) -> Reason {
-    let transmits = scene.bsdfs().iter().any(|bsdf| bsdf.flags().transmits);
-    match transmits {
-        true => Ok("light passes through surfaces".to_owned()),
-        false => Err("no light passes through any surface".to_owned()),
+    if scene.bsdfs().iter().any(|bsdf| bsdf.flags().transmits) {
+        Ok("light passes through surfaces".to_owned())
+    } else {
+        Err("no light passes through any surface".to_owned())
     }
 }
