@@ -189,7 +189,7 @@ mod tests {
                 "integrator `direct_uniform` has only one way",
             ),
             ("strategy", "one of: mis_power, mis_balance, bsdf, emitter", both),
-            ("emitter_choice", "one of: uniform, power, bvh", both),
+            ("emitter_choice", "one of: uniform, power, bvh, ris", both),
             (
                 "emitter_samples",
                 "a whole number from 1 to 65536",
