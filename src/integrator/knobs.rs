@@ -201,6 +201,7 @@ mod tests {
                 both,
             ),
             ("rr_max_survival", "a number above 0, up to 1", "only `rr_policy=throughput` has it"),
+            ("rr_factor", "a number of 1 or above", "only `rr_policy=throughput` has it"),
             (
                 "rr_depth",
                 "a whole number from 0",

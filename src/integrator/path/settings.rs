@@ -8,7 +8,9 @@ use crate::emitter::{ChoicePolicy, LightSampler};
 use crate::integrator::directions::{self, DIRECTIONS};
 use crate::integrator::knobs::{Knob, Needs, Turn, Turned};
 use crate::integrator::plugin::{Common, HIDE_EMITTERS, MOST_EDGES, MOST_SAMPLES, Plugin};
-use crate::integrator::roulette::{self, RR_DEPTH, RR_MAX_SURVIVAL, RR_POLICY, RR_SURVIVAL};
+use crate::integrator::roulette::{
+    self, RR_DEPTH, RR_FACTOR, RR_MAX_SURVIVAL, RR_POLICY, RR_SURVIVAL,
+};
 use crate::integrator::settings::{Part, Reason, edges};
 use crate::integrator::{DirectionSampling, IntegratorSettings, Parts, Roulette, Settings};
 use crate::property::given::chosen;
@@ -65,6 +67,7 @@ const PATH: Plugin = Plugin {
         EMITTER_SAMPLES,
         RR_POLICY,
         RR_SURVIVAL,
+        RR_FACTOR,
         RR_MAX_SURVIVAL,
     ],
     contains: false,
@@ -126,8 +129,13 @@ static KNOBS: &[Knob<PathSettings>] = &[
     },
     Knob {
         property: &RR_MAX_SURVIVAL,
-        needs: roulette::MAX_SURVIVAL_NEEDS,
+        needs: roulette::THROUGHPUT_NEEDS,
         turn: Turn::Value(|path, value| path.roulette.turn_max_survival(value)),
+    },
+    Knob {
+        property: &RR_FACTOR,
+        needs: roulette::THROUGHPUT_NEEDS,
+        turn: Turn::Value(|path, value| path.roulette.turn_factor(value)),
     },
     Knob {
         property: &RR_DEPTH,
