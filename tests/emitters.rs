@@ -373,7 +373,8 @@ fn both_densities_of_the_environment_are_one() {
 /// What is the same all around is left to the directions of surfaces, but not if there is nothing else.
 #[test]
 fn a_uniform_sky_beside_a_lamp_is_never_chosen() {
-    let floor = Receiver { position: DVec3::X, normal: Vec3A::Z, both_sides: true };
+    let floor =
+        Receiver { position: DVec3::X, normal: Vec3A::Z, both_sides: true, is_diffuse: true };
     let sky = || Box::new(Constant::new(Vec3A::ONE)) as Box<dyn Emitter>;
     let mut emitters = two_lights([1.0, 3.0]);
     emitters.push(sky());
@@ -396,12 +397,14 @@ fn two_lights(powers: [f32; 2]) -> Vec<Box<dyn Emitter>> {
 
 #[test]
 fn one_emitter_is_always_chosen() {
-    let floor = Receiver { position: DVec3::X, normal: Vec3A::Z, both_sides: true };
+    let floor =
+        Receiver { position: DVec3::X, normal: Vec3A::Z, both_sides: true, is_diffuse: true };
     for policy in [ChoicePolicy::Power, ChoicePolicy::Uniform, ChoicePolicy::Bvh] {
         for powers in [[1.0, 3.0], [1e20, 1.0], [0.0, 2.0], [1e30, 1e30]] {
             let choice = EmitterChoice::new(policy, &two_lights(powers));
             let total = choice.probability(&floor, 0) + choice.probability(&floor, 1);
-            assert_eq!(total, 1.0, "{policy:?} {powers:?}");
+            // One rounding of each share.
+            assert!((total - 1.0).abs() <= f64::EPSILON, "{policy:?} {powers:?}: {total}");
             let mut counts = [0; 2];
             for u in points(701, SAMPLES) {
                 let chosen = choice.sample(&floor, u.x.into()).expect("one emits");

@@ -143,7 +143,7 @@ fn roulette_keeps_the_mean_and_has_the_variance_of_theory() {
         (0.8, RoulettePolicy::Fixed(0.9), 0.9),
     ];
     for (albedo, policy, p) in cases {
-        let roulette = Roulette { policy, min_depth: 0, max_survival: 0.99 };
+        let roulette = Roulette { policy, factor: 1.0, min_depth: 0, max_survival: 0.99 };
         let settings =
             path(PathSettings { strategy: Strategy::Bsdf, roulette, ..PathSettings::default() });
         let values = estimates(&furnace(closed_sphere(), albedo as f32), &settings, 200_000);
@@ -213,7 +213,8 @@ fn policies_and_strategies_have_one_mean() {
     let scene = varied_room();
     let long =
         PathSettings { roulette: NO_ROULETTE, max_depth: Some(40), ..PathSettings::default() };
-    let policy = |policy, min_depth| Roulette { policy, min_depth, max_survival: 0.99 };
+    let policy =
+        |policy, min_depth| Roulette { policy, factor: 3.0, min_depth, max_survival: 0.99 };
     let variants = [
         PathSettings { roulette: policy(RoulettePolicy::Throughput, 0), ..long },
         PathSettings { roulette: policy(RoulettePolicy::Throughput, 5), ..long },

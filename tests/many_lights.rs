@@ -1,4 +1,4 @@
-//! The choice among many lights: every policy gives the same picture, none leaves out what can be of use, and the
+//! The choice among lights, many or few: every policy gives the same picture, none leaves out what can be of use, and the
 //! densities of the choice are those of its samples.
 
 mod support;
@@ -7,26 +7,31 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, DVec2, DVec3, Mat3A, Vec3A};
-use support::meshes::engines;
+use support::meshes::{engines, sphere_mesh};
 use support::points_3d;
 use support::rays::trace;
-use support::rooms::{estimates, object};
+use support::rooms::{NO_ROULETTE, closed_cube, estimates, furnace_radiance, object, scene};
 use support::stats::{Moments, chi_squared, significance_each, welch};
+use telamon::bsdf::conductor::Metal;
 use telamon::bsdf::microfacet::{Distribution, Roughness};
-use telamon::bsdf::{Bsdf, Diffuse, RoughDielectric, TwoSided};
+use telamon::bsdf::{Bsdf, Diffuse, RoughConductor, RoughDielectric, TwoSided};
 use telamon::emitter::spot::SpotSettings;
 use telamon::emitter::{
-    Area, ChoicePolicy, Constant, Directional, Emitter, EmitterChoice, LightOrigin, Point,
-    Receiver, Sight, Spot,
+    Area, ChoicePolicy, Constant, Directional, Emitter, EmitterChoice, EnvironmentMap, LightOrigin,
+    Point, Receiver, Sight, Spot,
 };
-use telamon::integrator::{IntegratorSettings, PathSettings};
+use telamon::integrator::{IntegratorSettings, PathSettings, Strategy};
 use telamon::math::{Frame, Rgb};
+use telamon::property::Named;
 use telamon::ray::Ray;
 use telamon::scene::{Object, Scene};
 use telamon::shape::{Disk, Shape, Sphere, TriangleMesh, primitives};
-use telamon::texture::{Checkerboard, Texture, Textured};
+use telamon::texture::bitmap::{BitmapFilter, BitmapSettings, Encoding, Wrap};
+use telamon::texture::image::Texels;
+use telamon::texture::{Bitmap, Checkerboard, Image, Texture, Textured};
 
-const POLICIES: [ChoicePolicy; 3] = [ChoicePolicy::Uniform, ChoicePolicy::Power, ChoicePolicy::Bvh];
+const POLICIES: [ChoicePolicy; 4] =
+    [ChoicePolicy::Uniform, ChoicePolicy::Power, ChoicePolicy::Bvh, ChoicePolicy::Ris];
 
 /// A field of lights between the heights 0.3 and 1.3 over the square from (-2, -2) to (2, 2).
 struct Field {
@@ -140,7 +145,9 @@ fn policies_agree() {
         let from = Vec3A::new(0.1, -0.2, *height);
         let scene = scene();
         for engine in engines(&scene.shapes()) {
-            let means = POLICIES.map(|emitter_choice| {
+            // Of so many lights, `ris` chooses as `bvh`.
+            let few = [ChoicePolicy::Uniform, ChoicePolicy::Power, ChoicePolicy::Bvh];
+            let means = few.map(|emitter_choice| {
                 // Which lamps are in sight no policy decides.
                 let hidden = PathSettings { hide_emitters: true, ..PathSettings::default() };
                 let settings = PathSettings { emitter_choice, max_depth: Some(3), ..hidden };
@@ -165,6 +172,123 @@ fn policies_agree() {
     assert_eq!(noticed, compared, "15 % more light would not be noticed");
 }
 
+/// A box of glossy and matt walls, open to the front, with the first so many lights of all kinds; the last two are a sun
+/// and a sky that is brighter on one side.
+fn lit_room(count: usize, sun_and_sky: bool) -> Scene {
+    let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
+    let place = |x, y, z, size: f64| at(x, y, z) * DAffine3::from_scale(DVec3::splat(size));
+    let down = DAffine3::from_rotation_x(PI);
+    let shapes: Vec<Arc<dyn Shape>> = vec![
+        Arc::new(sphere_mesh(DVec3::new(-0.8, 0.3, 0.5), 0.2, 4, 6)),
+        Arc::new(
+            primitives::rectangle(at(0.2, 0.0, 1.6) * down * place(0.0, 0.0, 0.0, 0.3), false).0,
+        ),
+        Arc::new(Sphere::new(
+            Vec3A::new(0.7, -0.5, 0.3),
+            0.1,
+            Frame::from_normal(Vec3A::Z.into()),
+            false,
+        )),
+    ];
+    let wall = at(0.0, 1.2, 1.0) * DAffine3::from_rotation_x(0.5 * PI);
+    let mut objects = vec![
+        object(Arc::new(primitives::rectangle(place(0.0, 0.0, 0.0, 1.5), false).0), 0, None),
+        object(Arc::new(primitives::rectangle(wall, false).0), 1, None),
+    ];
+    let mut emitters: Vec<Box<dyn Emitter>> = Vec::new();
+    for (shape, power) in shapes.into_iter().zip([4.0, 2.0, 30.0]).take(count) {
+        let area = Area::new(Arc::clone(&shape), Rgb::splat(power)).expect("an area");
+        objects.push(object(shape, 1, Some(emitters.len())));
+        emitters.push(Box::new(area));
+    }
+    if count > 3 {
+        emitters.push(Box::new(Point::new(Vec3A::new(-0.5, -0.9, 0.8), Rgb::splat(0.4))));
+    }
+    if sun_and_sky {
+        emitters.push(Box::new(Directional::new(Vec3A::new(0.3, 0.5, -0.8), Rgb::splat(0.5))));
+        let pixels = (0..8 * 4).flat_map(|i| [0.1 + f32::from(i % 8 == 2) * 3.0; 3]);
+        let image = Image::new(8, 4, 3, Texels::Float(pixels.collect())).expect("as many");
+        let settings = BitmapSettings {
+            filter: BitmapFilter::Bilinear,
+            wrap: Wrap::Repeat,
+            to_uv: Affine2::IDENTITY,
+            encoding: Encoding::Linear,
+        };
+        let picture = Bitmap::new(Arc::new(image), settings);
+        let upright = Mat3A::from_rotation_x(0.5 * std::f32::consts::PI);
+        emitters.push(Box::new(EnvironmentMap::new(picture, 1.0, upright).expect("finite")));
+    }
+    let sky = sun_and_sky.then(|| emitters.len() - 1);
+    let glossy = RoughConductor::new(
+        Metal::new(None, Rgb::splat(0.8)),
+        Roughness::new(Distribution::Ggx, 0.3),
+    );
+    let glossy = Box::new(TwoSided::new(Box::new(glossy), None).expect("does not transmit"));
+    Scene::new(objects, vec![glossy, grey()], emitters, sky).expect("valid")
+}
+
+/// A candidate from each of few lights gives the picture of a choice by power, at the first surface and deeper, alone and
+/// beside directions. 20 % more light would be noticed.
+#[test]
+fn candidates_agree_with_choices() {
+    let rooms = [(2, false), (3, false), (4, false), (1, true), (3, true)];
+    let strategies = [Strategy::ALL[0].1, Strategy::Emitter];
+    let (mut noticed, mut compared) = (0, 0);
+    for (count, sun_and_sky) in rooms {
+        let scene = lit_room(count, sun_and_sky);
+        let engine = &engines(&scene.shapes())[0];
+        for strategy in strategies {
+            let of = |emitter_choice, emitter_samples, bsdf_samples, count| {
+                let path = PathSettings { hide_emitters: true, ..PathSettings::default() };
+                let path = PathSettings { strategy, max_depth: Some(4), emitter_choice, ..path };
+                let path = PathSettings { emitter_samples, bsdf_samples, ..path };
+                let from = Vec3A::new(0.1, -0.6, 0.7);
+                let settings = IntegratorSettings::Path(path);
+                estimates(&scene, engine.as_ref(), &settings, from, count)
+            };
+            // Other numbers for the reference.
+            let reference = Moments::of(of(ChoicePolicy::Power, 1, 1, 100_000).split_off(50_000));
+            let counts: &[_] =
+                if strategy == Strategy::Emitter { &[(1, 1)] } else { &[(1, 1), (2, 2)] };
+            for &(emitter_samples, bsdf_samples) in counts {
+                let resampled =
+                    Moments::of(of(ChoicePolicy::Ris, emitter_samples, bsdf_samples, 50_000));
+                let p_value = welch(&resampled, &reference, 0.0);
+                let case = format!("{count} lamps, sun and sky: {sun_and_sky}, {strategy:?}");
+                let level = significance_each(3 * rooms.len());
+                assert!(p_value >= level, "{case}: {p_value} {resampled:?} {reference:?}");
+                compared += 1;
+                noticed += usize::from(reference.has_mean(1.2 * resampled.mean(), 1).is_err());
+            }
+        }
+    }
+    assert_eq!(noticed, compared, "20 % more light would not be noticed");
+}
+
+/// A closed room that emits, and lamps of the same radiance in it: weights that do not sum to one would show as more light
+/// or less, whether all lights are asked for candidates or one is chosen.
+#[test]
+fn weights_of_candidates_sum_to_one() {
+    const ALBEDO: f32 = 0.5;
+    const DEPTH: u32 = 4;
+    for lamps in [1, 2, 4] {
+        let ball = |i: usize| -> Arc<dyn Shape> {
+            let center = Vec3A::new(0.5, -0.2, 0.1) - 0.35 * i as f32 * Vec3A::new(1.0, 0.2, -1.0);
+            Arc::new(Sphere::new(center, 0.15, Frame::from_normal(Vec3A::Z.into()), false))
+        };
+        let shapes = std::iter::once(closed_cube()).chain((0..lamps).map(ball)).collect();
+        let scene = scene(shapes, Box::new(Diffuse::new(Rgb::splat(ALBEDO))), 1.0);
+        let path = PathSettings { roulette: NO_ROULETTE, ..PathSettings::default() };
+        let settings = PathSettings { max_depth: Some(DEPTH), ..path }.into();
+        let engine = &engines(&scene.shapes())[0];
+        let from = Vec3A::new(-0.3, 0.6, -0.6);
+        let found = Moments::of(estimates(&scene, engine.as_ref(), &settings, from, 60_000));
+        let expected = furnace_radiance(ALBEDO, DEPTH);
+        found.has_mean(expected, 3).unwrap_or_else(|figures| panic!("{lamps} lamps: {figures}"));
+        assert!(found.has_mean(1.02 * expected, 1).is_err(), "{lamps} lamps: {found:?}");
+    }
+}
+
 /// Receivers all over the field, some of them on a lamp or almost.
 fn receivers(field: &[Box<dyn Emitter>]) -> Vec<Receiver> {
     let numbers = points_3d(31, 300).zip(points_3d(32, 300)).enumerate();
@@ -175,7 +299,12 @@ fn receivers(field: &[Box<dyn Emitter>]) -> Vec<Receiver> {
             _ => a * Vec3A::new(4.0, 4.0, 2.0) - Vec3A::new(2.0, 2.0, 0.0),
         };
         let both_sides = i % 2 == 0;
-        Receiver { position: position.as_dvec3(), normal: (b - 0.5).normalize(), both_sides }
+        Receiver {
+            position: position.as_dvec3(),
+            normal: (b - 0.5).normalize(),
+            both_sides,
+            is_diffuse: i % 4 < 2,
+        }
     };
     numbers.map(receiver).collect()
 }
@@ -293,7 +422,7 @@ fn no_place_is_too_odd() {
     let choice = EmitterChoice::new(ChoicePolicy::Bvh, &emitters);
     for position in [0.0, 1e-30, 1.0, 1e10, 1e18].map(DVec3::splat) {
         for normal in [Vec3A::X, Vec3A::NEG_Z] {
-            let receiver = Receiver { position, normal, both_sides: true };
+            let receiver = Receiver { position, normal, both_sides: true, is_diffuse: false };
             let total: f64 = (0..emitters.len()).map(|i| choice.probability(&receiver, i)).sum();
             assert!((0.0..=1.0 + 1e-12).contains(&total), "{position}: {total}");
             for u in support::points(71, 100).map(|u| u.as_dvec2()).chain([DVec2::ZERO]) {

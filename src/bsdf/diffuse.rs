@@ -38,7 +38,7 @@ impl Material for Diffuse {
     }
 
     fn flags(&self) -> Flags {
-        Flags::SMOOTH.textured(&self.reflectance)
+        Flags::DIFFUSE.textured(&self.reflectance)
     }
 
     fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {

@@ -158,6 +158,8 @@ impl Bsdf for Arc<dyn Bsdf> {
 pub struct Flags {
     /// Whether it has lobes that shadow rays can find light for: lobes that are no delta lobes.
     pub smooth: bool,
+    /// Whether some of those are not diffuse, so that it matters from where light arrives.
+    pub glossy: bool,
     /// Whether it has delta lobes, for which only [`Bsdf::sample`] finds light.
     pub delta: bool,
     /// Whether light passes to the other side.
@@ -167,12 +169,13 @@ pub struct Flags {
 }
 
 impl Flags {
+    /// Diffuse reflection alone.
+    pub const DIFFUSE: Self = Self { smooth: true, glossy: false, delta: false, ..Self::DELTA };
     /// Reflection without delta lobes.
-    pub const SMOOTH: Self =
-        Self { smooth: true, delta: false, transmits: false, needs: Needs::Nothing };
+    pub const SMOOTH: Self = Self { glossy: true, ..Self::DIFFUSE };
     /// Reflection by a delta lobe alone.
     pub const DELTA: Self =
-        Self { smooth: false, delta: true, transmits: false, needs: Needs::Nothing };
+        Self { smooth: false, glossy: false, delta: true, transmits: false, needs: Needs::Nothing };
 
     /// The same and transmission.
     #[must_use]
@@ -197,6 +200,7 @@ impl Flags {
     pub fn union(self, other: Self) -> Self {
         Self {
             smooth: self.smooth || other.smooth,
+            glossy: self.glossy || other.glossy,
             delta: self.delta || other.delta,
             transmits: self.transmits || other.transmits,
             needs: self.needs.max(other.needs),

@@ -140,7 +140,7 @@ impl Material for Plastic {
     }
 
     fn flags(&self) -> Flags {
-        self.coat.flags(Flags::SMOOTH.union(Flags::DELTA))
+        self.coat.flags(Flags::DIFFUSE.union(Flags::DELTA))
     }
 
     fn albedo(&self, place: &Place, wi: Vec3) -> Vec3 {

@@ -7,7 +7,6 @@ use super::parts::Parts;
 use super::{Area, ChoicePolicy, Emitter, EmitterSample, EmitterSamples, Sight};
 use crate::math::real::{Double, Float, Lanes, Mask, Real, Select};
 use crate::math::{Choices, Discrete, vector as real};
-use crate::shape::{Arrivals, Interaction};
 
 /// A point that light is to arrive at.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +17,8 @@ pub struct Receiver {
     pub normal: Vec3A,
     /// Whether light that arrives on the other side is of use too.
     pub both_sides: bool,
+    /// Whether the irradiance alone says what light is worth there, and not also from where it arrives.
+    pub is_diffuse: bool,
 }
 
 /// A [`Receiver`] in each lane.
@@ -29,12 +30,14 @@ pub struct Receivers<R: Real> {
     pub normal: real::Vec3<R>,
     /// See [`Receiver::both_sides`].
     pub both_sides: R::Mask,
+    /// See [`Receiver::is_diffuse`].
+    pub is_diffuse: R::Mask,
 }
 
 impl From<Receiver> for Receivers<f32> {
     #[inline(always)]
-    fn from(Receiver { position, normal, both_sides }: Receiver) -> Self {
-        Self { position: position.into(), normal: normal.into(), both_sides }
+    fn from(Receiver { position, normal, both_sides, is_diffuse }: Receiver) -> Self {
+        Self { position: position.into(), normal: normal.into(), both_sides, is_diffuse }
     }
 }
 
@@ -47,6 +50,7 @@ impl<R: Real> Receivers<R> {
             position: self.position.lane(i).into(),
             normal: self.normal.lane(i).into(),
             both_sides: self.both_sides.lane(i),
+            is_diffuse: self.is_diffuse.lane(i),
         }
     }
 }
@@ -86,8 +90,7 @@ impl EmitterChoice {
     /// A choice among `emitters`. An emitter without power is never chosen.
     #[must_use]
     pub fn new(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>]) -> Self {
-        let powers: Vec<_> = emitters.iter().map(|e| e.power()).collect();
-        Self::of_powers(policy, emitters, &powers)
+        Self::of_powers(policy, emitters, &Self::powers(emitters, false))
     }
 
     /// The same for who follows the directions of surfaces too: where there are others, an emitter that
@@ -97,20 +100,28 @@ impl EmitterChoice {
     /// the ground, for what directions find anyhow.
     #[must_use]
     pub fn beside_directions(policy: ChoicePolicy, emitters: &[Box<dyn Emitter>]) -> Self {
-        let powers = emitters.iter().map(|e| if e.is_uniform() { Some(0.0) } else { e.power() });
-        let powers: Vec<_> = powers.collect();
-        if powers.iter().all(|&power| power == Some(0.0)) {
-            return Self::new(policy, emitters);
-        }
-        Self::of_powers(policy, emitters, &powers)
+        Self::of_powers(policy, emitters, &Self::powers(emitters, true))
     }
 
-    fn of_powers(
+    /// The power of each emitter, as far as it may be chosen.
+    pub(super) fn powers(
+        emitters: &[Box<dyn Emitter>],
+        beside_directions: bool,
+    ) -> Vec<Option<f64>> {
+        let all: Vec<_> = emitters.iter().map(|emitter| emitter.power()).collect();
+        let emitters = emitters.iter().zip(&all);
+        let left = emitters.map(|(e, &power)| if e.is_uniform() { Some(0.0) } else { power });
+        let left: Vec<_> = left.collect();
+        if beside_directions && left.iter().any(|&power| power != Some(0.0)) { left } else { all }
+    }
+
+    pub(super) fn of_powers(
         policy: ChoicePolicy,
         emitters: &[Box<dyn Emitter>],
         powers: &[Option<f64>],
     ) -> Self {
-        let parts = if policy == ChoicePolicy::Bvh { Parts::new(emitters) } else { None };
+        let by_importance = matches!(policy, ChoicePolicy::Bvh | ChoicePolicy::Ris);
+        let parts = if by_importance { Parts::new(emitters) } else { None };
         let inside: f64 = powers.iter().flatten().sum();
         let least = 1e-3 * inside / powers.len() as f64;
         let outside = powers.iter().filter(|p| p.is_none()).count();
@@ -120,8 +131,8 @@ impl EmitterChoice {
             (_, Some(power)) if power <= 0.0 => 0.0,
             (ChoicePolicy::Power, Some(power)) => power.max(least),
             (ChoicePolicy::Power, None) => share,
-            (ChoicePolicy::Bvh, Some(_)) if parts.is_some() => 0.0,
-            (ChoicePolicy::Bvh | ChoicePolicy::Uniform, _) => 1.0,
+            (ChoicePolicy::Bvh | ChoicePolicy::Ris, Some(_)) if parts.is_some() => 0.0,
+            (ChoicePolicy::Bvh | ChoicePolicy::Ris | ChoicePolicy::Uniform, _) => 1.0,
         };
         let weights = powers.iter().map(|&power| weight(power));
         let weights: Vec<_> = weights.chain(parts.as_ref().map(|_| 1.0)).collect();
@@ -236,11 +247,7 @@ impl EmitterChoice {
             samples = Select::selected(same, sampled, samples);
             left &= !same;
         }
-        samples.exists &= wanted;
-        let probability = chosen.probability.narrow();
-        samples.weight = samples.weight / probability;
-        samples.pdf *= probability;
-        samples
+        samples.chosen(wanted, chosen.probability)
     }
 
     /// Density with which [`EmitterChoice::sample_toward`] chooses what is seen of an emitter, in sr⁻¹.
@@ -259,28 +266,14 @@ impl EmitterChoice {
         } else {
             (0, emitters[emitter].pdf_toward(sight))
         };
-        self.pdf_each::<f32>(&[emitter as u32], &[part as u32], pdf, pdf, &(*receiver).into())
-    }
-
-    /// The same of what is seen of an area light in each lane.
-    #[inline(always)]
-    #[must_use]
-    pub(crate) fn pdf_of_areas<R: Real>(
-        &self,
-        emitters: &R::Each<u32>,
-        areas: &R::Each<&Area>,
-        receivers: &Receivers<R>,
-        arrivals: &Arrivals<'_, R>,
-        surface: &Interaction<R>,
-    ) -> R {
-        let AreaPdf { part, pdf, part_pdf } = Area::pdf_each(areas, arrivals, surface);
-        self.pdf_each(emitters, &part, pdf, part_pdf, receivers)
+        let seen = AreaPdf::<f32> { part: [part as u32], pdf, part_pdf: pdf };
+        self.pdf_each(&[emitter as u32], &seen, &(*receiver).into())
     }
 
     /// The same of an emitter that is not chosen by its parts, if it is asked for the direction with density `pdf`.
     #[inline(always)]
     #[must_use]
-    pub(crate) fn pdf_of_emitter<R: Real>(&self, emitter: usize, pdf: R) -> R {
+    pub(super) fn pdf_of_emitter<R: Real>(&self, emitter: usize, pdf: R) -> R {
         let probability = self.distribution.as_ref().map_or(0.0, |all| all.probability(emitter));
         pdf * probability as f32
     }
@@ -288,14 +281,13 @@ impl EmitterChoice {
     /// Density of what is seen of emitters: for the densities with which their directions, or those of their parts, are
     /// chosen once they are.
     #[inline(always)]
-    fn pdf_each<R: Real>(
+    pub(super) fn pdf_each<R: Real>(
         &self,
         emitters: &R::Each<u32>,
-        parts: &R::Each<u32>,
-        pdf: R,
-        part_pdf: R,
+        of_areas: &AreaPdf<R>,
         receivers: &Receivers<R>,
     ) -> R {
+        let AreaPdf { part: parts, pdf, part_pdf } = *of_areas;
         let token = pdf.token();
         let emitters = emitters.as_ref();
         let Some(distribution) = &self.distribution else { return R::splat(token, 0.0) };

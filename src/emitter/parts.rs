@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::light_list::LightList;
-use super::{Emitter, LightBvh, Receivers};
+use super::{Emitter, EmitterBounds, LightBvh, Receivers};
 use crate::math::real::{Lanes, Real};
 
 /// A light of a list or a tree.
@@ -56,13 +56,7 @@ impl Parts {
             names.extend((0..of_this.len() as u32).map(|part| (index, part)));
             bounds.extend(of_this);
         }
-        let lit = bounds.iter().filter(|b| b.intensity > 0.0).count();
-        if lit < 2 {
-            return None;
-        }
-        let few = LightList::new(&bounds).map(Among::Few);
-        let among = few.or_else(|| LightBvh::new(&bounds).map(Among::Many))?;
-        Some(Self { among, names, first })
+        Some(Self { among: Among::new(&bounds)?, names, first })
     }
 
     /// The number of a part of an emitter, or one that no part has.
@@ -80,6 +74,16 @@ impl Parts {
 }
 
 impl Among {
+    /// `None` unless there is something to choose from.
+    pub(super) fn new(bounds: &[EmitterBounds]) -> Option<Self> {
+        let lit = bounds.iter().filter(|b| b.intensity > 0.0).count();
+        if lit < 2 {
+            return None;
+        }
+        let few = LightList::new(bounds).map(Self::Few);
+        few.or_else(|| LightBvh::new(bounds).map(Self::Many))
+    }
+
     /// Of few together, of many lane by lane.
     #[inline(always)]
     pub(super) fn sample<R: Real>(

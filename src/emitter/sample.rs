@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3A};
 
-use crate::math::real::{Float, Lanes, Mask, Real, Select};
+use crate::math::real::{Double, Float, Lanes, Mask, Real, Select};
 use crate::math::vector::Vec3;
 use crate::math::{Rgb, UNIT_ROUNDOFF};
 use crate::ray::{Ray, RayEnd, RayEnds, RayLanes, Rays};
@@ -122,7 +122,7 @@ impl<R: Real> EmitterSamples<R> {
 
     /// One sample, or none, in all lanes.
     #[inline(always)]
-    pub(super) fn splat(token: R::Token, sample: Option<&EmitterSample>) -> Self {
+    pub(crate) fn splat(token: R::Token, sample: Option<&EmitterSample>) -> Self {
         let origin = sample.map_or(LightOrigin::Infinity, |sample| sample.origin);
         let direction = sample.map_or(Vec3A::ZERO, |sample| sample.direction);
         let end = match origin {
@@ -140,6 +140,16 @@ impl<R: Real> EmitterSamples<R> {
             is_of_surface: everywhere(matches!(origin, LightOrigin::Surface(_))),
             end: RayEnds::splat(token, &end),
         }
+    }
+
+    /// The same where they are `wanted`, of what was chosen with a probability.
+    #[inline(always)]
+    pub(super) fn chosen(mut self, wanted: R::Mask, probability: R::Double) -> Self {
+        let probability = probability.narrow();
+        self.exists &= wanted;
+        self.weight = self.weight / probability;
+        self.pdf *= probability;
+        self
     }
 
     /// That of a lane, if there is one.

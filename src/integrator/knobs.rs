@@ -189,7 +189,7 @@ mod tests {
                 "integrator `direct_uniform` has only one way",
             ),
             ("strategy", "one of: mis_power, mis_balance, bsdf, emitter", both),
-            ("emitter_choice", "one of: uniform, power, bvh", both),
+            ("emitter_choice", "one of: uniform, power, bvh, ris", both),
             (
                 "emitter_samples",
                 "a whole number from 1 to 65536",
@@ -201,6 +201,7 @@ mod tests {
                 both,
             ),
             ("rr_max_survival", "a number above 0, up to 1", "only `rr_policy=throughput` has it"),
+            ("rr_factor", "a number of 1 or above", "only `rr_policy=throughput` has it"),
             (
                 "rr_depth",
                 "a whole number from 0",

@@ -120,10 +120,12 @@ impl<'a, R: Real> Shading<'a, R> {
     #[inline(always)]
     pub(super) fn receivers(&self, interaction: &Interaction<R>) -> Receivers<R> {
         let normal = self.geometric_normal;
+        let everywhere = |holds| R::Mask::splat(normal.token(), holds);
         Receivers {
             position: interaction.position,
             normal: Vec3::select(self.cos_geometric.lt(0.0), -normal, normal),
-            both_sides: R::Mask::splat(normal.token(), self.flags.transmits),
+            both_sides: everywhere(self.flags.transmits),
+            is_diffuse: everywhere(!self.flags.glossy),
         }
     }
 

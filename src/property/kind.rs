@@ -60,6 +60,8 @@ pub enum Bounds {
     Positive,
     /// 0 or above.
     NotNegative,
+    /// 1 or above.
+    AtLeastOne,
     /// From 0 to 1.
     Unit,
     /// Above 0, up to 1.
@@ -74,6 +76,7 @@ impl Bounds {
                 // What rounds to 0 as f32 would not be above 0 where it is used.
                 Self::Positive => value as f32 > 0.0,
                 Self::NotNegative => value >= 0.0,
+                Self::AtLeastOne => value >= 1.0,
                 Self::Unit => (0.0..=1.0).contains(&value),
                 Self::Probability => value as f32 > 0.0 && value <= 1.0,
             }
@@ -86,6 +89,7 @@ impl Bounds {
         match self {
             Self::Any => [f32::MIN, f32::MAX],
             Self::Positive | Self::NotNegative => [0.0, f32::MAX],
+            Self::AtLeastOne => [1.0, f32::MAX],
             Self::Unit | Self::Probability => [0.0, 1.0],
         }
     }
@@ -95,6 +99,7 @@ impl Bounds {
         match self {
             Self::Any => rgb,
             Self::Positive | Self::NotNegative => rgb.max(DVec3::ZERO),
+            Self::AtLeastOne => rgb.max(DVec3::ONE),
             Self::Unit | Self::Probability => rgb.clamp(DVec3::ZERO, DVec3::ONE),
         }
     }
@@ -106,6 +111,7 @@ impl fmt::Display for Bounds {
             Self::Any => "any finite",
             Self::Positive => "above 0",
             Self::NotNegative => "of 0 or above",
+            Self::AtLeastOne => "of 1 or above",
             Self::Unit => "from 0 to 1",
             Self::Probability => "above 0, up to 1",
         })

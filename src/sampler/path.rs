@@ -64,6 +64,9 @@ impl<'a> PathSampler<'a> {
     }
 }
 
+/// Tells what is beside the numbers of paths from them: none asks for so many.
+const ASIDE: u32 = 1 << 30;
+
 /// The numbers of a path in each lane, all of one sampler.
 #[derive(Clone, Copy, Debug)]
 pub struct PathSamplers<'a, R: Real> {
@@ -111,6 +114,16 @@ impl<'a, R: Real> PathSamplers<'a, R> {
         let numbers = self.draw(Asked::Choice);
         self.advance(used, 2);
         choice::<R>(numbers)
+    }
+
+    /// A number in `[0, 1)` beside the next ones, which stay those: unrelated to them, and to what is beside others.
+    #[inline(always)]
+    #[must_use]
+    pub fn aside(&self) -> R {
+        let mut beside = *self;
+        beside.dimension = self.dimension | ASIDE;
+        let [x, ..] = beside.draw(Asked::One);
+        x.to_unit()
     }
 
     #[inline(always)]

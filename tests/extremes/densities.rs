@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
 use telamon::emitter::{
-    Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EnvironmentMap, LightOrigin, Receiver,
-    Sight,
+    Area, ChoicePolicy, Constant, Emitter, EmitterChoice, EnvironmentMap, LightOrigin,
+    LightSampler, Receiver, Sight,
 };
 use telamon::math::{Frame, Rgb, luminance};
 use telamon::ray::Ray;
@@ -68,16 +68,35 @@ fn both_ends_agree_on_the_density_of_a_direction() {
             let ray = Ray::new(above, Vec3A::NEG_Z);
             let hit = engine.closest_hit(&ray).expect("the floor");
             let surface = shapes[hit.shape as usize].surface(&ray, &hit);
-            let receiver =
-                Receiver { position: surface.position, normal: Vec3A::Z, both_sides: false };
-            for policy in [ChoicePolicy::Bvh, ChoicePolicy::Power] {
-                let choice = EmitterChoice::new(policy, &emitters);
+            let receiver = Receiver {
+                position: surface.position,
+                normal: Vec3A::Z,
+                both_sides: false,
+                is_diffuse: false,
+            };
+            for (policy, first) in [
+                (ChoicePolicy::Bvh, true),
+                (ChoicePolicy::Power, true),
+                (ChoicePolicy::Ris, true),
+                (ChoicePolicy::Ris, false),
+            ] {
+                let sampler = LightSampler::new(policy, &emitters, true);
+                let candidates = sampler.candidates::<f32>(&receiver.into(), first);
+                let candidates = candidates.and_then(|(all, here)| here.then_some(all));
+                assert_eq!(candidates.is_some(), policy == ChoicePolicy::Ris && first);
                 let mut seen = vec![0u32; lights.len()];
-                let mut noticed = 0;
-                for u in points(421, 20_000) {
-                    let Some(s) = choice.sample_toward(&emitters, &receiver, u.as_dvec2()) else {
-                        continue;
+                let (mut noticed, mut told) = (0, 0);
+                for (i, u) in points(421, 20_000).enumerate() {
+                    let u = u.as_dvec2();
+                    let sample = match candidates {
+                        Some(all) => {
+                            let light = i % all.count();
+                            let from = receiver.into();
+                            all.sample_each::<f32>(light, &emitters, &from, u.into(), true).lane(0)
+                        }
+                        None => sampler.choice().sample_toward(&emitters, &receiver, u),
                     };
+                    let Some(s) = sample else { continue };
                     let LightOrigin::Surface(end) = s.origin else { unreachable!("area lights") };
                     let scattered = surface.spawn(s.direction);
                     let Some(hit) = engine.closest_hit(&scattered) else { continue };
@@ -92,14 +111,15 @@ fn both_ends_agree_on_the_density_of_a_direction() {
                     if cosine < 1e-2 || !same || hit.shape as usize >= lights.len() {
                         continue;
                     }
-                    let pdf = |from: DVec3| {
+                    let pdf = |from: DVec3, first: bool| {
                         let receiver = Receiver { position: from, ..receiver };
                         let surface = Some((&hit, &point));
                         let sight = Sight { from, direction: s.direction, surface };
-                        choice.pdf_toward(&emitters, hit.shape as usize, &receiver, &sight)
+                        let light = hit.shape as usize;
+                        sampler.pdf_toward(&emitters, light, &receiver, first, &sight)
                     };
                     let off = |pdf: f32| f64::from(pdf / s.pdf - 1.0).abs();
-                    let here = off(pdf(surface.position));
+                    let here = off(pdf(surface.position, first));
                     assert!(
                         here <= tolerance(cosine),
                         "{}, {policy:?}, {} at {center}: {here} at {cosine}",
@@ -107,13 +127,19 @@ fn both_ends_agree_on_the_density_of_a_direction() {
                         lights[hit.shape as usize].kind(),
                     );
                     seen[hit.shape as usize] += 1;
-                    noticed += usize::from(off(pdf(surface.position + DVec3::Z * 1e-2)) > 1e-3);
+                    let beside = pdf(surface.position + DVec3::Z * 1e-2, first);
+                    noticed += usize::from(off(beside) > 1e-3);
+                    // By the rule of the other surfaces of a path.
+                    told += usize::from(off(pdf(surface.position, !first)) > 0.1);
                 }
                 // Far away, all of a mesh is next to its edges.
                 let counts = |kind: &str| center == DVec3::ZERO || kind != "TriangleMesh";
                 let enough = |(n, light): (&u32, &Arc<dyn Shape>)| *n > 30 || !counts(light.kind());
-                assert!(seen.iter().zip(&lights).all(enough), "{policy:?} at {center}: {seen:?}");
-                assert!(noticed > 5_000, "densities of another point are not told apart");
+                let case = format!("{policy:?} at {center}");
+                assert!(seen.iter().zip(&lights).all(enough), "{case}: {seen:?}");
+                assert!(noticed > 4_000, "{case}: densities of another point are not told apart");
+                let two_rules = policy == ChoicePolicy::Ris;
+                assert_eq!(told > 4_000, two_rules, "{case}: {told} tell the rules apart");
             }
         }
     }
@@ -182,7 +208,8 @@ fn environment_densities(
     let hit = engine.closest_hit(&ray).expect("the floor");
     let surface = shapes[hit.shape as usize].surface(&ray, &hit);
     for both_sides in [false, true] {
-        let receiver = Receiver { position: surface.position, normal: Vec3A::Z, both_sides };
+        let receiver =
+            Receiver { position: surface.position, normal: Vec3A::Z, both_sides, is_diffuse: true };
         for policy in [ChoicePolicy::Bvh, ChoicePolicy::Power] {
             let case = || format!("{name}, {}, {policy:?}, at {center}", engine.name());
             let choice = EmitterChoice::new(policy, emitters);

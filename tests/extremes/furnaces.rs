@@ -126,8 +126,12 @@ fn furnaces_give_2_and_5_everywhere() {
 #[test]
 fn bright_furnaces_have_their_radiance() {
     for (albedo, expected) in [(0.9, 10.0), (0.99, 100.0)] {
-        let roulette =
-            Roulette { policy: RoulettePolicy::Throughput, min_depth: 0, max_survival: 0.999 };
+        let roulette = Roulette {
+            policy: RoulettePolicy::Throughput,
+            factor: 1.0,
+            min_depth: 0,
+            max_survival: 0.999,
+        };
         let settings = IntegratorSettings::Path(PathSettings {
             strategy: Strategy::Bsdf,
             roulette,

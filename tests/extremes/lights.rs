@@ -195,7 +195,8 @@ fn a_dim_light_is_seen_beside_a_blinding_one() {
         Box::new(Point::new(Vec3A::Z, Rgb::ONE)),
     ];
     let choice = EmitterChoice::new(ChoicePolicy::Power, &lights);
-    let below = Receiver { position: DVec3::ZERO, normal: Vec3A::Z, both_sides: false };
+    let below =
+        Receiver { position: DVec3::ZERO, normal: Vec3A::Z, both_sides: false, is_diffuse: true };
     let dim = choice.probability(&below, 1);
     assert!((dim - 5e-4).abs() < 1e-6, "{dim}");
     let floor: Arc<dyn Shape> = Arc::new(primitives::rectangle(DAffine3::IDENTITY, false).0);

@@ -52,7 +52,35 @@ const MOVING: &str = r#"<scene version="3.0.0">
     </shape>
 </scene>"#;
 
-/// The scenes with their names, and one that moves.
+/// A glossy floor under lights of each kind, a sky behind: of the lights only the last so many.
+fn lit(count: usize) -> Description {
+    let lights = [
+        r#"<shape type="cube"><transform name="to_world"><scale value=".2"/><translate x="-1" z="1"/></transform>
+            <emitter type="area"><rgb name="radiance" value="3, 2, 1"/></emitter></shape>"#,
+        r#"<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="180"/><translate z="2"/></transform>
+            <emitter type="area"/></shape>"#,
+        r#"<emitter type="point"><point name="position" x=".5" y="1" z="1"/></emitter>"#,
+        r#"<emitter type="directional"><vector name="direction" x=".3" y="0" z="-1"/></emitter>"#,
+        r#"<shape type="sphere"><point name="center" x="1" y="0" z=".5"/><float name="radius" value=".3"/>
+            <emitter type="area"/></shape>"#,
+    ];
+    let lights = lights[lights.len() - count..].concat();
+    parse(&format!(
+        r#"<scene version="3.0.0">
+        <integrator type="path"><integer name="max_depth" value="6"/></integrator>
+        <sensor type="perspective"><transform name="to_world">
+            <lookat origin="0, -4, 2" target="0, 0, .3" up="0, 0, 1"/></transform></sensor>
+        <emitter type="constant"/>
+        <shape type="rectangle"><transform name="to_world"><scale value="3"/></transform>
+            <bsdf type="roughconductor"><float name="alpha" value=".3"/></bsdf></shape>
+        <shape type="sphere"><point name="center" x="0" y=".7" z=".4"/><float name="radius" value=".4"/>
+            <bsdf type="plastic"/></shape>
+        {lights}
+    </scene>"#
+    ))
+}
+
+/// The scenes with their names, one that moves, and some with few lights.
 fn scenes() -> Vec<(String, Description)> {
     let folder = tempfile::tempdir().expect("a folder");
     // In the place of the meshes that are not part of the package.
@@ -61,6 +89,7 @@ fn scenes() -> Vec<(String, Description)> {
     fs::write(&mesh, ply(&ball)).expect("writable");
     let mesh = mesh.to_str().expect("UTF-8");
     let mut scenes = vec![("moving".to_owned(), parse(MOVING))];
+    scenes.extend([2, 3, 5].map(|count| (format!("{count} lights"), lit(count))));
     for path in scene_files("scenes") {
         let text = fs::read_to_string(&path).expect("readable");
         // That of `ajax.xml` has to be an OBJ file.

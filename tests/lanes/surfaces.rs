@@ -187,6 +187,7 @@ impl Task for Light<'_> {
             position: Vec3::from_fn(simd, |i| from[i].position.into()),
             normal: Vec3::from_fn(simd, |i| from[i].geometric_normal.into()),
             both_sides: f32x8::mask(simd, |_| true),
+            is_diffuse: f32x8::mask(simd, |i| i % 2 == 0),
         };
         let u = Vec2::new(double(&|i| u[i].x), double(&|i| u[i].y));
         let wanted = f32x8::mask(simd, |_| true);
@@ -284,6 +285,7 @@ fn light_has_one_form() {
                             position: from[lane].position,
                             normal: Vec3A::Z,
                             both_sides: true,
+                            is_diffuse: lane % 2 == 0,
                         };
                         let alone = choice.sample_toward(emitters, &receiver, u[lane]);
                         let shadow = alone.map(|sample| sample.shadow_ray(&from[lane]));

@@ -15,7 +15,7 @@ use telamon::shape::{Shape, Sphere, primitives};
 
 /// Paths that nothing ends by chance.
 pub(crate) const NO_ROULETTE: Roulette =
-    Roulette { policy: RoulettePolicy::None, min_depth: 0, max_survival: 0.99 };
+    Roulette { policy: RoulettePolicy::None, factor: 1.0, min_depth: 0, max_survival: 0.99 };
 
 /// Shapes that share one material, all of which emit the same radiance.
 pub(crate) fn scene(shapes: Vec<Arc<dyn Shape>>, bsdf: Box<dyn Bsdf>, radiance: f32) -> Scene {

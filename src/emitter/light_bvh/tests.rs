@@ -42,6 +42,7 @@ pub(in crate::emitter) fn receivers() -> impl Iterator<Item = Receiver> {
             position: (position * 2.0 - 0.5).as_dvec3(),
             normal: (normal - 0.5).normalize().into(),
             both_sides: side.x < 0.5,
+            is_diffuse: side.y < 0.5,
         }
     })
 }
@@ -160,7 +161,8 @@ fn the_nearer_is_taken_more_often() {
         let space = Aabb { min: Vec3::X * x, max: Vec3::X * x };
         EmitterBounds::surface(space, Cone::direction(axis), 1.0)
     };
-    let receiver = Receiver { position: DVec3::ZERO, normal: Vec3A::X, both_sides: false };
+    let receiver =
+        Receiver { position: DVec3::ZERO, normal: Vec3A::X, both_sides: false, is_diffuse: false };
     let shares = |lights: [EmitterBounds; 2]| {
         let bvh = LightBvh::new(&lights).expect("both shine");
         [0, 1].map(|i| bvh.probability(&receiver, i))

@@ -20,24 +20,28 @@ pub(super) struct LastEdges<R: Real> {
     pub(super) pdf: R,
     /// Elsewhere the surface that it leaves.
     pub(super) receivers: Receivers<R>,
+    /// Where that is the first surface of the path that is no ideal mirror or glass.
+    pub(super) is_first: R::Mask,
 }
 
 impl LastEdges<f32> {
     fn of(edge: LastEdge, ray: &Ray) -> Self {
-        let (LastEdge::Chosen { pdf, transmits }, Some(start)) = (edge, &ray.start) else {
+        let (LastEdge::Chosen { pdf, flags, is_first }, Some(start)) = (edge, &ray.start) else {
             let receivers = Receivers {
                 position: ray.exact_origin().into(),
                 normal: Vec3::default(),
                 both_sides: true,
+                is_diffuse: true,
             };
-            return Self { is_forced: true, pdf: 0.0, receivers };
+            return Self { is_forced: true, pdf: 0.0, receivers, is_first: true };
         };
         let receivers = Receivers {
             position: start.point.into(),
             normal: start.facing_normal().into(),
-            both_sides: transmits,
+            both_sides: flags.transmits,
+            is_diffuse: !flags.glossy,
         };
-        Self { is_forced: false, pdf, receivers }
+        Self { is_forced: false, pdf, receivers, is_first }
     }
 }
 
@@ -87,12 +91,15 @@ impl Path {
             let radiance = Area::radiance_each(&areas, arrivals, surface);
             let mut other = R::splat(token, 0.0);
             if self.compares(edges) {
-                let receivers = &edges.receivers;
+                let LastEdges { receivers, is_first, .. } = edges;
                 // By itself, as it is long and rarely needed.
                 other = R::vectorize(
                     token,
                     #[inline(always)]
-                    || self.emitters.pdf_of_areas(&emitter, &areas, receivers, arrivals, surface),
+                    || {
+                        self.lights
+                            .pdf_of_areas(&emitter, &areas, receivers, *is_first, arrivals, surface)
+                    },
                 );
             }
             seen = radiance * self.weight(edges, other);
@@ -102,6 +109,7 @@ impl Path {
                 is_forced: edges.is_forced.lane(i),
                 pdf: edges.pdf.lane(i),
                 receivers: edges.receivers.lane(i).into(),
+                is_first: edges.is_first.lane(i),
             };
             let (surface, hit) = (surface.lane(i), arrivals.hits.as_ref()[i]);
             let sight = Sight {
@@ -111,7 +119,7 @@ impl Path {
             };
             let index = emitter.as_ref()[i] as usize;
             let receiver = edges.receivers.lane(i);
-            let other = self.emitters.pdf_toward(emitters, index, &receiver, &sight);
+            let other = self.lights.pdf_toward(emitters, index, &receiver, one.is_first, &sight);
             let weight = self.weight(&one, other);
             let here = Vec3::splat(token, (emitters[index].radiance(&sight) * weight).into());
             seen = Vec3::select(R::mask(token, |lane| lane == i), here, seen);
@@ -133,7 +141,11 @@ impl Path {
             return Vec3::splat(token, Vec3::default());
         };
         let (radiance, pdf) = environment.background(from, direction);
-        radiance * self.weight(edges, self.emitters.pdf_of_emitter(index, pdf))
+        radiance
+            * self.weight(
+                edges,
+                self.lights.pdf_of_emitter(index, &edges.receivers, edges.is_first, pdf),
+            )
     }
 
     /// What a ray that leaves the scene says of the film's alpha, from the camera or on a path that has met nothing that it

@@ -3,7 +3,7 @@
 use super::shading::Shading;
 use super::{Estimate, Integrator, Samples, Tracer, Vertex, one_by_one};
 use crate::bsdf::Flags;
-use crate::emitter::{Emitter, EmitterChoice, EmitterSamples};
+use crate::emitter::LightSampler;
 use crate::math::Rgb;
 use crate::math::real::{Lanes, Mask, Real};
 use crate::math::vector::Vec3;
@@ -16,6 +16,7 @@ mod direct;
 mod emission;
 pub mod extras;
 mod groups;
+mod next_event;
 mod pool;
 pub mod settings;
 mod shadows;
@@ -32,7 +33,7 @@ pub use strategy::Strategy;
 #[derive(Debug)]
 pub struct Path {
     settings: PathSettings,
-    emitters: EmitterChoice,
+    lights: LightSampler,
     extras: Extras,
 }
 
@@ -41,9 +42,9 @@ pub struct Path {
 enum LastEdge {
     /// By the camera or by a delta lobe: no shadow ray could have gone the same way.
     Forced,
-    /// From a surface, with density `pdf` for all the directions together that were chosen there; whether the
-    /// surface transmits light.
-    Chosen { pdf: f32, transmits: bool },
+    /// From a surface of a material with these flags, with density `pdf` for all the directions together that were chosen
+    /// there; whether the surface is the first one of the path that is no ideal mirror or glass.
+    Chosen { pdf: f32, flags: Flags, is_first: bool },
 }
 
 /// What a path carries from one surface to the next.
@@ -55,6 +56,8 @@ struct Carried {
     edge: LastEdge,
     /// Edges so far; 1 at the first surface.
     edges: u32,
+    /// Whether no edge so far is [`LastEdge::Chosen`].
+    is_first: bool,
     /// Whether the path has met nothing that it did not pass straight through.
     unscattered: bool,
 }
@@ -66,6 +69,7 @@ impl Carried {
         eta: 1.0,
         edge: LastEdge::Forced,
         edges: 1,
+        is_first: true,
         unscattered: true,
     };
 }
@@ -79,6 +83,8 @@ struct Paths<'s, R: Real> {
     directions: R,
     /// Where roulette is not played yet.
     is_young: R::Mask,
+    /// Where no edge so far is [`LastEdge::Chosen`].
+    is_first: R::Mask,
     numbers: PathSamplers<'s, R>,
     /// Of the new edge, where it is [`LastEdge::Forced`].
     is_forced: R::Mask,
@@ -95,6 +101,7 @@ impl<'s, R: Real> Paths<'s, R> {
         eta: R,
         directions: R,
         is_young: R::Mask,
+        is_first: R::Mask,
         numbers: PathSamplers<'s, R>,
     ) -> Self {
         let never = R::Mask::splat(eta.token(), false);
@@ -104,6 +111,7 @@ impl<'s, R: Real> Paths<'s, R> {
             eta,
             directions,
             is_young,
+            is_first,
             numbers,
             is_forced: never,
             is_null: never,
@@ -116,12 +124,10 @@ impl Path {
     /// A path tracer for `scene`.
     #[must_use]
     pub fn new(settings: &PathSettings, scene: &Scene) -> Self {
-        let choose = match settings.strategy {
-            Strategy::Mis(_) => EmitterChoice::beside_directions,
-            Strategy::Bsdf | Strategy::Emitter => EmitterChoice::new,
-        };
-        let emitters = choose(settings.emitter_choice, scene.emitters());
-        Self { settings: *settings, emitters, extras: Extras::of(settings, scene) }
+        let beside_directions = matches!(settings.strategy, Strategy::Mis(_));
+        let lights =
+            LightSampler::new(settings.emitter_choice, scene.emitters(), beside_directions);
+        Self { settings: *settings, lights, extras: Extras::of(settings, scene) }
     }
 
     /// The same with paths that carry `extras`: with the same estimates, if nothing is missing that the scene requires.
@@ -145,34 +151,6 @@ impl Path {
     fn light_samples(&self, flags: Flags) -> u32 {
         let any = self.settings.strategy != Strategy::Bsdf && flags.smooth;
         if any { self.settings.emitter_samples } else { 0 }
-    }
-
-    /// In each lane, one sample of the light that emitters send to the surface and that is scattered back along the path, if
-    /// nothing is between, and where it comes from; it exists where any may arrive. From the surface, `directions` are
-    /// chosen by the other technique.
-    #[inline(always)]
-    fn next_event<R: Real>(
-        &self,
-        emitters: &[Box<dyn Emitter>],
-        interaction: &Interaction<R>,
-        shading: &Shading<'_, R>,
-        paths: &mut Paths<'_, R>,
-        wanted: R::Mask,
-    ) -> EmitterSamples<R> {
-        let u = paths.numbers.next_choice(wanted);
-        let receivers = shading.receivers(interaction);
-        let mut light = self.emitters.sample_toward_each(emitters, &receivers, u, wanted);
-        let wo = shading.to_local(light.direction);
-        let (value, pdf) = self.settings.directions.evaluate(shading, wo);
-        let scattered = value.x.eq(0.0) & value.y.eq(0.0) & value.z.eq(0.0);
-        light.exists &= wanted & !scattered & shading.sides_agree(wo, light.direction);
-        light.weight = value.times(light.weight);
-        if let Strategy::Mis(heuristic) = self.settings.strategy {
-            let own = light.pdf * self.settings.emitter_samples as f32;
-            let weight = heuristic.weight(own, paths.directions * pdf);
-            light.weight = light.weight * R::select(light.pdf.gt(0.0), weight, 1.0);
-        }
-        light
     }
 
     /// The directions in which paths go on, and which of them do. Where one ends with a throughput that is NaN, this stays.
@@ -229,6 +207,7 @@ impl Path {
                 path.eta,
                 self.directions(path.edges),
                 path.edges < self.settings.roulette.min_depth,
+                path.is_first,
                 PathSamplers::one(sampler),
             );
             if leading || path.edges > 1 {
@@ -236,10 +215,13 @@ impl Path {
                 let emitters = tracer.scene().emitters();
                 let mut arriving = Rgb::ZERO;
                 for _ in 0..samples {
-                    let light = self.next_event(emitters, &interaction, &shading, &mut paths, true);
-                    let shadow_ray = light.shadow_rays(&interaction).lane(0);
-                    if light.exists && shadow_ray.is_none_or(|ray| !tracer.occluded(&ray)) {
-                        arriving += Rgb::from(light.weight);
+                    let lights =
+                        self.next_event(emitters, &interaction, &shading, &mut paths, true);
+                    for light in lights.iter().filter(|light| light.exists) {
+                        let shadow_ray = light.shadow_rays(&interaction).lane(0);
+                        if shadow_ray.is_none_or(|ray| !tracer.occluded(&ray)) {
+                            arriving += Rgb::from(light.weight);
+                        }
                     }
                 }
                 if samples > 0 {
@@ -252,16 +234,20 @@ impl Path {
                 spoil_if_nan(estimate, paths.throughput.into());
                 break;
             }
-            let transmits = shading.flags.transmits;
             path = Carried {
                 throughput: paths.throughput.into(),
                 eta: paths.eta,
                 edge: if paths.is_forced {
                     LastEdge::Forced
                 } else {
-                    LastEdge::Chosen { pdf: paths.pdf, transmits }
+                    LastEdge::Chosen {
+                        pdf: paths.pdf,
+                        flags: shading.flags,
+                        is_first: path.is_first,
+                    }
                 },
                 edges: path.edges + 1,
+                is_first: path.is_first && paths.is_forced,
                 unscattered: path.unscattered && paths.is_null,
             };
             ray = interaction.spawn(direction).lane(0);

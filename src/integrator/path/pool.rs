@@ -275,20 +275,23 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
             eta,
             R::splat(token, 1.0),
             R::mask(token, |i| state.edges(i) < min_depth),
+            state.is_first(),
             PathSamplers::new(sampler, keys, dimension),
         );
         let samples = integrator.light_samples(shading.flags);
         if samples > 0 {
             let receivers = shadows.receive(scatters, samples, throughput, state.slots);
             for _ in 0..samples {
-                let light = integrator.next_event(
+                let lights = integrator.next_event(
                     scene.emitters(),
                     &interaction,
                     &shading,
                     &mut lanes,
                     scatters,
                 );
-                shadows.add(receivers, &light, &light.shadow_rays(&interaction));
+                for light in lights.iter().filter(|light| light.exists.any()) {
+                    shadows.add(receivers, light, &light.shadow_rays(&interaction));
+                }
             }
         }
         let (direction, goes_on) = integrator.scatter(&shading, &mut lanes, scatters);
@@ -298,7 +301,7 @@ impl<'p, 't, 'a, 's> Pool<'p, 't, 'a, 's> {
             spoil_if_nan(&mut slot.estimate, lanes.throughput.lane(i).into());
         }
         next.rays.append(goes_on, &interaction.spawn(direction));
-        next.paths.append(goes_on, &state.after(&lanes, shading.flags.transmits));
+        next.paths.append(goes_on, &state.after(&lanes, shading.flags));
     }
 }
 

@@ -3,12 +3,14 @@
 use super::direct::DIRECT;
 use super::strategy::STRATEGY;
 use super::{Path, Strategy, extras};
-use crate::emitter::ChoicePolicy;
 use crate::emitter::choice_policy::EMITTER_CHOICE;
+use crate::emitter::{ChoicePolicy, LightSampler};
 use crate::integrator::directions::{self, DIRECTIONS};
 use crate::integrator::knobs::{Knob, Needs, Turn, Turned};
 use crate::integrator::plugin::{Common, HIDE_EMITTERS, MOST_EDGES, MOST_SAMPLES, Plugin};
-use crate::integrator::roulette::{self, RR_DEPTH, RR_MAX_SURVIVAL, RR_POLICY, RR_SURVIVAL};
+use crate::integrator::roulette::{
+    self, RR_DEPTH, RR_FACTOR, RR_MAX_SURVIVAL, RR_POLICY, RR_SURVIVAL,
+};
 use crate::integrator::settings::{Part, Reason, edges};
 use crate::integrator::{DirectionSampling, IntegratorSettings, Parts, Roulette, Settings};
 use crate::property::given::chosen;
@@ -65,6 +67,7 @@ const PATH: Plugin = Plugin {
         EMITTER_SAMPLES,
         RR_POLICY,
         RR_SURVIVAL,
+        RR_FACTOR,
         RR_MAX_SURVIVAL,
     ],
     contains: false,
@@ -126,8 +129,13 @@ static KNOBS: &[Knob<PathSettings>] = &[
     },
     Knob {
         property: &RR_MAX_SURVIVAL,
-        needs: roulette::MAX_SURVIVAL_NEEDS,
+        needs: roulette::THROUGHPUT_NEEDS,
         turn: Turn::Value(|path, value| path.roulette.turn_max_survival(value)),
+    },
+    Knob {
+        property: &RR_FACTOR,
+        needs: roulette::THROUGHPUT_NEEDS,
+        turn: Turn::Value(|path, value| path.roulette.turn_factor(value)),
     },
     Knob {
         property: &RR_DEPTH,
@@ -236,7 +244,18 @@ impl Settings for PathSettings {
         if !scene.objects().iter().any(|o| o.bsdfs().iter().any(smooth)) {
             return skipped("all surfaces are ideal mirrors or glass");
         }
-        Ok("one shadow ray from each surface that is no ideal mirror or glass".to_owned())
+        let rays = match self.emitter_samples {
+            1 => "one shadow ray".to_owned(),
+            several => format!("{several} shadow rays"),
+        };
+        let beside_directions = matches!(self.strategy, Strategy::Mis(_));
+        let emitters = scene.emitters();
+        let both = if LightSampler::takes_both(self.emitter_choice, emitters, beside_directions) {
+            ", from the first one of a path to each of both lights"
+        } else {
+            ""
+        };
+        Ok(format!("{rays} from each surface that is no ideal mirror or glass{both}"))
     }
 
     fn multiple_importance_sampling(&self, scene: &Scene) -> Reason {

@@ -2,6 +2,7 @@
 
 use super::emission::LastEdges;
 use super::{Extras, Paths};
+use crate::bsdf::Flags;
 use crate::emitter::Receivers;
 use crate::math::real::{Column, Columns, Lanes, Real, Uint};
 use crate::math::vector::Vec3;
@@ -27,8 +28,14 @@ const TRANSMITS: u32 = 2;
 /// The path has met nothing that it did not pass straight through.
 const UNSCATTERED: u32 = 4;
 
+/// An edge before the last one was [`LastEdge::Chosen`].
+const SCATTERED: u32 = 8;
+
+/// The surface where the last edge was chosen is glossy.
+const GLOSSY: u32 = 16;
+
 /// One edge; there are none on the way from the camera.
-const EDGE: u32 = 8;
+const EDGE: u32 = 32;
 
 /// A path's numbers: those of [`State::always`], eta and density.
 type Row = ([f32; 8], f32, f32);
@@ -138,8 +145,20 @@ impl<R: Real> StateLanes<R> {
             position: starts.point,
             normal: starts.facing_normal(),
             both_sides: !(self.bits & TRANSMITS).eq(0),
+            is_diffuse: (self.bits & GLOSSY).eq(0),
         };
-        LastEdges { is_forced: (self.bits & CHOSEN).eq(0), pdf: self.pdf, receivers }
+        LastEdges {
+            is_forced: (self.bits & CHOSEN).eq(0),
+            pdf: self.pdf,
+            receivers,
+            is_first: (self.bits & SCATTERED).eq(0),
+        }
+    }
+
+    /// Where the surface is the first one where the path may scatter otherwise than by mirrors or glass.
+    #[inline(always)]
+    pub(super) fn is_first(&self) -> R::Mask {
+        (self.bits & (CHOSEN | SCATTERED)).eq(0)
     }
 
     /// Edges of a lane's path, 1 at the first surface.
@@ -154,14 +173,16 @@ impl<R: Real> StateLanes<R> {
         self.slots.lane(i) as usize
     }
 
-    /// After one more edge, from a surface that transmits light or not.
+    /// After one more edge, from a surface of a material.
     #[inline(always)]
-    pub(super) fn after(&self, paths: &Paths<'_, R>, transmits: bool) -> Self {
-        let chosen = if transmits { CHOSEN | TRANSMITS } else { CHOSEN };
+    pub(super) fn after(&self, paths: &Paths<'_, R>, flags: Flags) -> Self {
+        let held = |holds: bool, flag: u32| if holds { flag } else { 0 };
+        let chosen = CHOSEN | held(flags.transmits, TRANSMITS) | held(flags.glossy, GLOSSY);
         let token = self.eta.token();
         let edge = R::Uint::select(paths.is_forced, R::Uint::splat(token, 0), chosen);
         let straight = R::Uint::select(paths.is_null, self.bits & UNSCATTERED, 0);
-        // More than 2²⁸ edges stay as many.
+        let scattered = R::Uint::select(paths.is_first, R::Uint::splat(token, 0), SCATTERED);
+        // More than 2²⁷ edges stay as many.
         let edges = self.bits & !(EDGE - 1);
         let longest = !(EDGE - 1);
         let more = R::Uint::select(edges.eq(longest), edges, edges.wrapping_add(EDGE));
@@ -169,7 +190,7 @@ impl<R: Real> StateLanes<R> {
             throughput: paths.throughput,
             eta: paths.eta,
             pdf: paths.pdf,
-            bits: more | edge | straight,
+            bits: more | edge | straight | scattered,
             slots: self.slots,
             keys: self.keys,
             dimension: paths.numbers.dimension,

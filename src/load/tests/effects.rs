@@ -271,6 +271,7 @@ const EFFECTS: &[(&str, &str, &str, &str)] = &[
         "",
         "<string name='rr_policy' value='fixed'/><float name='rr_survival' value='.7'/>",
     ),
+    ("path", "rr_factor", "", "<float name='rr_factor' value='1'/>"),
     ("path", "rr_max_survival", "", "<float name='rr_max_survival' value='0.9'/>"),
     ("path", "emitter_samples", "", "<integer name='emitter_samples' value='4'/>"),
     ("direct", "shading_samples", "", "<integer name='shading_samples' value='2'/>"),

@@ -268,6 +268,7 @@ mod tests {
             "emitter_samples" => ["2", "8"],
             "rr_policy" => ["none", "fixed:0.5"],
             "rr_max_survival" => ["0.5", "0.25"],
+            "rr_factor" => ["1", "2"],
             "rr_depth" => ["0", "7"],
             "sampler" => ["independent", "sobol"],
             "clamp" => ["3", "0.5"],
@@ -333,6 +334,7 @@ mod tests {
             ("rr_policy", "fixed:NaN"),
             ("rr_policy", "fixed:1.01"),
             ("rr_max_survival", "0"),
+            ("rr_factor", "0.9"),
             ("rr_depth", "-1"),
             ("clamp", "0"),
             ("clamp", "inf"),
@@ -373,10 +375,11 @@ mod tests {
     fn roulette_is_put_together() {
         let mut s = setting();
         assert_eq!(s.turn("rr_policy", "fixed:0.5"), Ok(true));
-        let fixed =
-            Roulette { policy: RoulettePolicy::Fixed(0.5), min_depth: 5, max_survival: 1.0 };
+        let policy = RoulettePolicy::Fixed(0.5);
+        let fixed = Roulette { policy, max_survival: 1.0, ..Roulette::default() };
         assert_eq!(path(&s).roulette, fixed);
         assert_eq!(s.turn("rr_max_survival", "0.5"), Ok(false));
+        assert_eq!(s.turn("rr_factor", "2"), Ok(false));
         assert_eq!(s.turn("rr_policy", "throughput"), Ok(true));
         assert_eq!(path(&s).roulette, Roulette::default());
         assert_eq!(s.turn("rr_max_survival", "0.5"), Ok(true));

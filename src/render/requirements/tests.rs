@@ -143,7 +143,8 @@ fn shadow_rays_need_a_reason() {
 #[test]
 fn roulette_is_played_only_where_paths_get_that_far() {
     let mut d = description();
-    let roulette = Roulette { policy: RoulettePolicy::Throughput, min_depth: 5, max_survival: 0.9 };
+    let policy = RoulettePolicy::Throughput;
+    let roulette = Roulette { policy, factor: 1.0, min_depth: 5, max_survival: 0.9 };
     let with =
         |max_depth, roulette| path(PathSettings { max_depth, roulette, ..PathSettings::default() });
     d.integrator = with(Some(5), roulette);
@@ -151,6 +152,9 @@ fn roulette_is_played_only_where_paths_get_that_far() {
     assert_eq!(reason(&d, Feature::RussianRoulette), expected);
     d.integrator = with(Some(6), roulette);
     let expected = "from edge 5 on, survival by the path's throughput, at most 0.9";
+    assert_eq!(reason(&d, Feature::RussianRoulette), modelled(expected));
+    d.integrator = with(Some(6), Roulette { factor: 3.0, ..roulette });
+    let expected = "from edge 5 on, survival by 3 times the path's throughput, at most 0.9";
     assert_eq!(reason(&d, Feature::RussianRoulette), modelled(expected));
     d.integrator = with(None, Roulette { policy: RoulettePolicy::None, ..roulette });
     assert!(!reason(&d, Feature::RussianRoulette).0);
