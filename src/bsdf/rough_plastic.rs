@@ -8,7 +8,7 @@ use super::microfacet::{Distribution, Microfacets, Roughness};
 use super::plastic::Coat;
 use super::rough_conductor::{half_vector, reflected_pdf};
 use super::{Flags, Material, Place, Scattered, choose, fresnel, is_usable, reflect};
-use crate::math::real::{Lanes, Real};
+use crate::math::real::{Lanes, Level, Real, Simd, Task, f32x8};
 use crate::math::special::gauss_legendre;
 use crate::math::vector::{Vec2, Vec3};
 use crate::math::warp;
@@ -35,16 +35,16 @@ impl RoughPlastic {
     #[must_use]
     pub fn new(coat: Coat, distribution: Distribution, alpha: f32) -> Self {
         let roughness = Roughness::new(distribution, alpha);
-        let facets = roughness.at(&Place::default());
+        let level = Level::detect();
         let cosines: Vec<f32> =
             (0..ENTRIES).map(|i| (i as f32 / (ENTRIES - 1) as f32).max(1e-6)).collect();
         let scattered = |eta: f32, refracted: bool| -> Vec<f64> {
             // The integrand has a kink where total reflection begins.
             let rule = gauss_legendre(if eta > 1.0 { 32 } else { 96 });
-            cosines
-                .par_iter()
-                .map(|&cos| directional(&facets, cos, eta, refracted, &rule))
-                .collect()
+            let (nodes, _) = rule.as_chunks::<LANES>();
+            let directional =
+                |&cos: &f32| Directional { distribution, alpha, cos, eta, refracted, nodes };
+            cosines.par_iter().map(|cos| level.run(directional(cos))).collect()
         };
         let entering = fresnel::dielectric_mean_transmittance(coat.eta);
         let transmittance = scattered(coat.eta, true);
@@ -60,7 +60,27 @@ impl RoughPlastic {
         }
     }
 
-    /// The same with another coat of the same index, which has the same tables: they take a tenth of a second to compute.
+    /// Plastic with a mixture of the tables of others, each with its weight: as good as its own, where theirs are near.
+    #[must_use]
+    pub(crate) fn mixed(
+        coat: Coat,
+        distribution: Distribution,
+        alpha: f32,
+        parts: &[(f32, &Self)],
+    ) -> Self {
+        let of_all = |value: &dyn Fn(&Self) -> f32| -> f32 {
+            parts.iter().map(|(weight, plastic)| weight * value(plastic)).sum()
+        };
+        Self {
+            entering: fresnel::dielectric_mean_transmittance(coat.eta),
+            coat,
+            roughness: Roughness::new(distribution, alpha),
+            transmittance: (0..ENTRIES).map(|i| of_all(&|p| p.transmittance[i])).collect(),
+            escaping: of_all(&|p| p.escaping),
+        }
+    }
+
+    /// The same with another coat of the same index, which has the same tables: they take hundredths of a second to compute.
     #[must_use]
     pub fn with_coat(&self, coat: Coat) -> Self {
         assert!(coat.eta == self.coat.eta, "the tables are for one index");
@@ -87,34 +107,60 @@ impl RoughPlastic {
     }
 }
 
+/// Nodes of a quadrature that are taken at once.
+const LANES: usize = 8;
+
 /// The fraction of light from a direction with this cosine that the interface reflects or, with `refracted`,
 /// lets through, scattered once: an integral over the numbers that choose a visible normal.
-fn directional(
-    facets: &Microfacets,
+struct Directional<'a> {
+    distribution: Distribution,
+    alpha: f32,
     cos: f32,
     eta: f32,
     refracted: bool,
-    rule: &[(f64, f64)],
-) -> f64 {
-    let wi = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-    let mut sum = 0.0;
-    for (x, weight_x) in rule {
-        for (y, weight_y) in rule {
-            let u = Vec2::new(0.5 + 0.5 * *x as f32, 0.5 + 0.5 * *y as f32);
-            let m = facets.sample_visible(wi, u);
-            let cos_i = wi.dot(m);
-            let f = fresnel::dielectric(cos_i, eta);
-            let (wo, fraction) = if refracted {
-                (m * (cos_i / f.eta + f.cos_t) - wi / f.eta, 1.0 - f.reflectance)
-            } else {
-                (reflect(wi, m), f.reflectance)
-            };
-            if (wo.z < 0.0) == refracted {
-                sum += f64::from(facets.g1(wo, m) * fraction) * weight_x * weight_y * 0.25;
+    /// Nodes and weights from -1 to 1, the same for both numbers.
+    nodes: &'a [[(f64, f64); LANES]],
+}
+
+impl Directional<'_> {
+    #[inline(always)]
+    fn integral<R: Real>(&self, token: R::Token) -> f64 {
+        let Self { distribution, alpha, cos, eta, refracted, nodes } = *self;
+        let splat = |value: f32| R::splat(token, value);
+        let facets = Microfacets::new(distribution, Vec2::new(splat(alpha), splat(alpha)));
+        let wi = Vec3::new(splat((1.0 - cos * cos).sqrt()), splat(0.0), splat(cos));
+        let number = |x: f64| 0.5 + 0.5 * x as f32;
+        let mut sum = 0.0;
+        for (x, weight_x) in nodes.as_flattened() {
+            for eight in nodes {
+                let y = R::from_fn(token, |lane| number(eight[lane].0));
+                let m = facets.sample_visible(wi, Vec2::new(splat(number(*x)), y));
+                let cos_i = wi.dot(m);
+                let f = fresnel::dielectric(cos_i, eta);
+                let (wo, fraction) = if refracted {
+                    (m * (cos_i / f.eta + f.cos_t) - wi / f.eta, f.reflectance.one_minus())
+                } else {
+                    (reflect(wi, m), f.reflectance)
+                };
+                let below = wo.z.lt(0.0);
+                let counts = if refracted { below } else { !below };
+                let part = R::select(counts, facets.g1(wo, m) * fraction, 0.0);
+                for (lane, (_, weight_y)) in eight.iter().enumerate() {
+                    sum += f64::from(part.lane(lane)) * weight_x * weight_y * 0.25;
+                }
             }
         }
+        sum
     }
-    sum
+}
+
+impl Task for Directional<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> f64 {
+        self.integral::<f32x8<S>>(simd)
+    }
 }
 
 impl Material for RoughPlastic {

@@ -131,7 +131,7 @@ pub(super) fn shortfall(asked: &Effort, ended: Ended, errors: Option<Errors>) ->
     });
     let missed: Vec<_> = missed.collect();
     (!missed.is_empty())
-        .then(|| format!("{ended} before the picture was as asked for: {}", missed.join(", ")))
+        .then(|| format!("{ended} before the picture was good enough: {}", missed.join(", ")))
 }
 
 /// For the line that sums up a render.

@@ -267,9 +267,15 @@ pub(super) fn parse(text: &str, file: u32) -> Result<Element, Issue> {
         let start = offset_of(text, error.pos());
         let message = error.to_string();
         let message = message.trim_end_matches(&format!(" at {}", error.pos()));
-        Issue::new(
+        let issue = Issue::new(
             Place::new(file, start..start),
             format!("this is not well-formed XML: {message}"),
+        );
+        if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
+            return issue;
+        }
+        issue.with_help(
+            "a scene file begins with `<`; a mesh is told by its name, which ends in .obj, .ply, .stl or .serialized",
         )
     })?;
     let mut root = convert(document.root_element(), file, 0)?;

@@ -15,14 +15,21 @@ const CREASE: f64 = 40.0;
 
 /// Light from all around in the studio, which fills the shadows. A second lamp in its place would take twice as long to
 /// the same error.
-const SURROUNDINGS: DVec3 = DVec3::new(0.21, 0.215, 0.23);
+const SURROUNDINGS: DVec3 = DVec3::new(0.307, 0.314, 0.336);
 
 /// That of the sky.
 const SKY: DVec3 = DVec3::new(0.2, 0.3, 0.48);
 
-/// Radius of the ground, in radii of the mesh. Where the lamps no longer reach, ground that reflects all light is as bright
-/// as what is behind it: there is no horizon.
+/// Radius of the ground, in radii of the mesh.
 const GROUND: f64 = 1000.0;
+
+/// What the ground reflects. Grey lets the mesh stand out, and what it throws back to the mesh is half the noise of white
+/// ground: the picture has the same error after half the time.
+const GREY: f64 = 0.45;
+
+/// Where the lamps no longer reach, ground that reflects all light is as bright as what is behind it. So it has to be where
+/// its end could be seen.
+const WHITE: f64 = 1.0;
 
 /// How far the ground lies below the mesh, in radii of it, so that a flat base is not in the very same plane.
 const GAP: f64 = 1e-4;
@@ -176,9 +183,23 @@ fn ground(text: &mut Text, studio: &Studio) {
         ],
     );
     text.open("<bsdf type=\"diffuse\">");
-    text.line("<rgb name=\"reflectance\" value=\"1\"/>");
+    // What is behind the mesh is the background that was asked for, and not a darker ground.
+    let is_white = studio.setup.background.is_some() || ends_in_sight(studio, foot);
+    let reflectance = if is_white { WHITE } else { GREY };
+    text.line(&format!("<rgb name=\"reflectance\" value=\"{reflectance}\"/>"));
     text.close("</bsdf>");
     text.close("</shape>");
+}
+
+/// Whether the end of the ground, whose middle is at `foot`, is in the picture.
+fn ends_in_sight(studio: &Studio, foot: DVec3) -> bool {
+    let (setup, subject) = (&studio.setup, &studio.subject);
+    let place = subject.center + studio.frames[0].vector(studio.framing.place);
+    let height = (place - foot).dot(studio.up.0.direction());
+    let below_horizon = (height / (GROUND * subject.radius)).atan();
+    let (width, rows) = (f64::from(setup.size.0), f64::from(setup.size.1));
+    let half_view = ((setup.fov.to_radians() / 2.0).tan() * rows / width.max(rows)).atan();
+    setup.view.elevation().to_radians() - half_view < below_horizon
 }
 
 /// A lamp that looks at the mesh.
@@ -202,13 +223,13 @@ fn lights(text: &mut Text, studio: &Studio) {
     let constant = match &studio.setup.light {
         Light::Studio => {
             // Flat light shows relief; one who goes around would see the lamp.
-            let elevation = if studio.frames.len() > 1 { 45.0 } else { 28.0 };
+            let elevation = if studio.frames.len() > 1 { 45.0 } else { 36.0 };
             let key = Lamp {
-                from: (-50.0, elevation),
+                from: (-38.0, elevation),
                 distance: 5.0,
-                half_size: 1.8,
+                half_size: 1.6,
                 shape: "rectangle",
-                radiance: DVec3::new(4.9, 4.7, 4.4),
+                radiance: DVec3::new(6.1, 5.9, 5.5),
             };
             lamp(text, studio, &n, &key);
             surroundings(SURROUNDINGS)

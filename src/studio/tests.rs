@@ -366,3 +366,36 @@ fn words_are_understood_or_explained() {
         "expected studio, sky, none, or a picture file such as sky.exr"
     );
 }
+
+/// Grey ground is all that is seen above the mesh; where the ground ends in the picture, or a background is asked for, it
+/// reflects all light, and is as bright as what is behind it.
+#[test]
+fn there_is_no_horizon() {
+    let mesh = Mesh::new(cube(DVec3::new(1.0, 2.0, 1.0)), CUBE);
+    let radius = 1.5_f64.sqrt();
+    let (mut grey, mut white) = (0, 0);
+    for elevation in [0.0, 4.0, 11.0, 12.0, 15.0, 22.0, 24.0, 50.0, 90.0] {
+        for (size, fov) in
+            [((800, 600), 30.0), ((300, 600), 30.0), ((800, 600), 4.0), ((90, 60), 80.0)]
+        {
+            let view = View::Angles(-30.0, elevation);
+            let setup = Setup { view, size, fov, ..Setup::default() };
+            let text = mesh.studio(&setup, 1).scene();
+            let ray = load(&text).camera.ray(DVec2::new(0.5, 0.0));
+            let (from, toward) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+            let at = from - toward * (from.y / toward.y);
+            let is_ground = toward.y < 0.0 && DVec2::new(at.x, at.z).length() < 1000.0 * radius;
+            let reflects = |value: &str| {
+                text.contains(&format!("<rgb name=\"reflectance\" value=\"{value}\"/>"))
+            };
+            assert_eq!((reflects("0.45"), reflects("1")), (is_ground, !is_ground), "{setup:?}");
+            *if is_ground { &mut grey } else { &mut white } += 1;
+            let background = Some(Background::Color(DVec3::splat(0.3)));
+            let setup = Setup { background, ..setup };
+            assert!(
+                mesh.studio(&setup, 1).scene().contains("<rgb name=\"reflectance\" value=\"1\"/>")
+            );
+        }
+    }
+    assert!(grey > 9 && white > 9, "{grey} {white}");
+}

@@ -107,6 +107,10 @@ fn all_commands_take_meshes() {
     assert!(traced.contains("radiance"), "{traced}");
     folder
         .succeed("measure a.obj --size 8x6 --vary spp=1,2 --reference-spp 16 --repeats 2 --quiet");
+    // And not 256, which a render would not take either.
+    let measured =
+        folder.succeed("measure a.obj --size 8x6 --reference-spp 64 --repeats 2 --quiet");
+    assert!(measured.stdout.contains(" 16 "), "{}", measured.stdout);
     let rays = folder.succeed("parity c.stl --rays 2000").stdout;
     assert!(rays.contains("watertight"), "{rays}");
 }
@@ -158,6 +162,12 @@ fn what_is_wrong_is_said() {
     );
     let error = folder.fail("render broken.obj -o a.png", 1);
     assert!(error.contains("broken.obj:5:5: expected a number, found `two`"), "{error}");
+    fs::write(folder.path("mesh.txt"), "v 0 0 0\n").expect("writable");
+    let error = folder.fail("render mesh.txt -o a.png", 1);
+    assert!(
+        error.contains("help: a scene file begins with `<`; a mesh is told by its name"),
+        "{error}"
+    );
     let error = folder.fail("render none.stl -o a.png", 1);
     assert!(error.contains("none.stl: cannot be read: No such file"), "{error}");
     let error = folder.fail("render x.glb", 1);

@@ -173,7 +173,7 @@ fn an_error_limit_is_reached_and_told() {
         }
     }
     let run = folder.succeed("render scene.xml --spp 32 --error 1e-9 --noise-level 9");
-    let start = "warning: all samples were taken before the picture was as asked for: the relMSE is at \
+    let start = "warning: all samples were taken before the picture was good enough: the relMSE is at \
                  most 0.";
     assert!(run.stderr.starts_with(start), "{}", run.stderr);
     assert!(run.stderr.contains(", not 0.000000001\n"), "{}", run.stderr);

@@ -66,7 +66,8 @@ pub(super) struct Arguments {
     )]
     vary: Vec<Variation>,
 
-    /// Set a knob for all settings, the reference among them; may be repeated
+    /// Set a knob for all settings, the reference among them; may be repeated [default: as in the scene,
+    /// but spp=16 where more of them end with an error, as in what is made of a mesh]
     #[arg(
         long,
         value_name = "KNOB=VALUE",
@@ -163,6 +164,9 @@ fn claim(
     Ok(())
 }
 
+/// Samples per pixel of a scene whose renders end when they are good enough, unless `--set` or `--vary` says how many.
+const MOST_BESIDE_ERROR: u32 = 16;
+
 /// Writes all runs so far; from now on into the folder for temporary files, with a warning, if their own is
 /// gone or full. Whether that is so is returned.
 fn save(store: &mut Store, record: &Record) -> Result<bool, Failure> {
@@ -183,7 +187,11 @@ impl Arguments {
         if let Some(crop) = self.crop {
             description.crop_to(crop)?;
         }
-        let scene = Setting::of(&description, accel, machine::threads())?;
+        let mut scene = Setting::of(&description, accel, machine::threads())?;
+        if description.effort.error.is_some() {
+            // Its number of samples is the most that it may take, and the reference would have 16 times that.
+            scene.samples_per_pixel = scene.samples_per_pixel.min(MOST_BESIDE_ERROR);
+        }
         let base = self.base(&scene)?;
         let design = if self.one_at_a_time { Design::OneAtATime } else { Design::Grid };
         let candidates = plan::candidates(&base, &self.vary, design)?;

@@ -152,10 +152,7 @@ pub enum MeshProblem {
         count: i64,
     },
     /// A file of vertices alone.
-    #[error(
-        "has no faces, only {vertices} points (expected polygons: a cloud of points has no surface until a \
-         program such as MeshLab makes one of it)"
-    )]
+    #[error("has no faces{}", only_points(*.vertices))]
     NoFaces {
         /// How many vertices there are.
         vertices: usize,
@@ -373,4 +370,15 @@ fn read_line(path: &Path, line: u64) -> Result<String, Fault> {
     let mut bytes = Vec::new();
     source.reader.take(LONGEST_EXCERPT as u64 + 1).read_until(b'\n', &mut bytes)?;
     Ok(excerpt(&bytes))
+}
+
+/// What a file without faces has.
+fn only_points(count: usize) -> String {
+    match count {
+        0 => " and no points".to_owned(),
+        _ => format!(
+            ", only {count} points (expected polygons: a cloud of points has no surface until a program such as \
+             MeshLab makes one of it)"
+        ),
+    }
 }

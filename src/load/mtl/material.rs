@@ -40,6 +40,9 @@ const RELIEF: f64 = 0.01;
 /// The exponent of highlights where there is none: what viewers of the format use.
 const USUAL_EXPONENT: f64 = 30.0;
 
+/// The largest index of refraction: no clear substance comes near it.
+const MOST_INDEX: f64 = 10.0;
+
 /// What a surface of a material is made of.
 #[derive(Debug)]
 pub(in crate::load) struct Surface {
@@ -79,7 +82,7 @@ impl Mtl {
         let usual = if black_beside_map { DVec3::ONE } else { DVec3::splat(0.8) };
         let diffuse = self.diffuse.filter(|_| !black_beside_map).map_or(usual, unit);
         let specular = self.specular.map_or(DVec3::ZERO, unit);
-        let index = self.index.filter(|&i| i > 1.0).unwrap_or(1.5).min(10.0);
+        let index = self.index.filter(|&i| i > 1.0).unwrap_or(1.5).min(MOST_INDEX);
         let clear = self.opacity.is_some_and(|d| d < 1.0);
         let refracts = self.index.is_some_and(|i| i > 1.0);
         match self.illumination {
@@ -103,28 +106,70 @@ impl Mtl {
     }
 }
 
-/// Plastics by their index and roughness: what they have in common is computed once.
+/// Plastics by their index and roughness. What they have in common takes hundredths of a second to compute: it is for the
+/// first ones of a file, and lies between those of a grid for further ones.
 #[derive(Debug, Default)]
-pub(in crate::load) struct Plastics(HashMap<[u32; 2], RoughPlastic>);
+pub(in crate::load) struct Plastics {
+    exact: HashMap<[u32; 2], RoughPlastic>,
+    /// By the steps of index and roughness.
+    grid: HashMap<[usize; 2], RoughPlastic>,
+}
 
-/// Different ones of a file: each takes a tenth of a second.
-const MOST_PLASTICS: usize = 200;
+/// Different ones of a file that are computed by themselves.
+const MOST_EXACT: usize = 32;
+
+/// Steps of the grid in each direction. It is even in the logarithms, since what changes with the roughness does so where
+/// that is as large as the cosine. A step is 0.14 in the logarithm of the roughness and 0.036 in that of the index: between
+/// its ends a function f is off by 0.0026 or 0.00016 times its second derivative after the logarithm.
+const STEPS: usize = 64;
+
+/// From the least to the largest that [`Mtl::kind`] gives.
+const INDICES: [f64; 2] = [1.0, MOST_INDEX];
+const ALPHAS: [f64; 2] = [LEAST_ALPHA as f64, 1.0];
 
 impl Plastics {
-    fn plastic(&mut self, coat: Coat, index: f32, alpha: f32) -> Result<RoughPlastic, String> {
+    fn plastic(&mut self, coat: Coat, index: f32, alpha: f32) -> RoughPlastic {
         let key = [index, alpha].map(f32::to_bits);
-        if let Some(known) = self.0.get(&key) {
-            return Ok(known.with_coat(coat));
+        if let Some(known) = self.exact.get(&key) {
+            return known.with_coat(coat);
         }
-        if self.0.len() == MOST_PLASTICS {
-            return Err(format!(
-                "more than {MOST_PLASTICS} pairs of `Ns` and `Ni` (expected: the same for more materials)"
-            ));
+        if self.exact.len() < MOST_EXACT {
+            let plastic = RoughPlastic::new(coat, Distribution::Beckmann, alpha);
+            self.exact.insert(key, plastic.clone());
+            return plastic;
         }
-        let plastic = RoughPlastic::new(coat, Distribution::Beckmann, alpha);
-        self.0.insert(key, plastic.clone());
-        Ok(plastic)
+        self.between(coat, index, alpha)
     }
+
+    /// By the four points of the grid around it.
+    pub(super) fn between(&mut self, coat: Coat, index: f32, alpha: f32) -> RoughPlastic {
+        let places = [nearest(f64::from(index), INDICES), nearest(f64::from(alpha), ALPHAS)];
+        let [indices, alphas] = places;
+        let around = indices.map(|(i, s)| alphas.map(|(j, t)| ([i, j], s * t)));
+        let around = around.as_flattened();
+        for &([i, j], _) in around {
+            self.grid.entry([i, j]).or_insert_with(|| {
+                let coat = Coat::new(at(i, INDICES) as f32, 1.0, Rgb::ZERO, Rgb::ONE, false);
+                RoughPlastic::new(coat, Distribution::Beckmann, at(j, ALPHAS) as f32)
+            });
+        }
+        let parts: Vec<_> =
+            around.iter().map(|(node, weight)| (*weight as f32, &self.grid[node])).collect();
+        RoughPlastic::mixed(coat, Distribution::Beckmann, alpha, &parts)
+    }
+}
+
+/// The value at a step of the grid.
+fn at(step: usize, [least, most]: [f64; 2]) -> f64 {
+    least * (most / least).powf(step as f64 / STEPS as f64)
+}
+
+/// The steps around a value, with their weights.
+fn nearest(value: f64, [least, most]: [f64; 2]) -> [(usize, f64); 2] {
+    let place = STEPS as f64 * (value / least).ln() / (most / least).ln();
+    let first = place.floor().clamp(0.0, (STEPS - 1) as f64);
+    let part = (place - first).clamp(0.0, 1.0);
+    [(first as usize, 1.0 - part), (first as usize + 1, part)]
 }
 
 /// The surface of a mesh of this size that a material describes. `folder` is that of its file, `flips_v` whether texture
@@ -151,7 +196,7 @@ pub(in crate::load) fn surface(
         Kind::Diffuse { diffuse: color } => Box::new(Diffuse::new(diffuse(color)?)),
         Kind::Plastic { diffuse: color, specular, index, alpha } => {
             let coat = Coat::new(index as f32, 1.0, diffuse(color)?, rgb(specular), false);
-            Box::new(plastics.plastic(coat, index as f32, alpha as f32)?)
+            Box::new(plastics.plastic(coat, index as f32, alpha as f32))
         }
         Kind::Mirror { diffuse: color, specular } => {
             // Both are as bright as the whole, so neither reflects more than all.

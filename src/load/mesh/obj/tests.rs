@@ -99,6 +99,38 @@ fn what_is_no_polygon_is_named() {
     assert!(loaded.warnings().is_empty());
 }
 
+/// Two squares at a right angle. `s` says whether their edge is smooth, and where it does not, the angle does.
+#[test]
+fn smoothing_groups_come_before_the_angle() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 -1\nv 1 1 -1\n";
+    let [a, b] = ["f 1 2 3 4\n", "f 2 5 6 3\n"];
+    for (angle, faces, vertices_in_all) in [
+        (89.0, format!("{a}{b}"), 8),
+        (91.0, format!("{a}{b}"), 6),
+        (1.0, format!("s 1\n{a}{b}"), 6),
+        (1.0, format!("s 7\n{a}s 2\ns 7\n{b}"), 6),
+        (91.0, format!("s 1\n{a}s 2\n{b}"), 8),
+        // Each triangle by itself.
+        (91.0, format!("s off\n{a}{b}"), 12),
+        (91.0, format!("s 0\n{a}{b}"), 12),
+        (91.0, format!("{a}s 1\n{b}"), 8),
+    ] {
+        let options = MeshOptions { max_smooth_angle: Some(angle), ..MeshOptions::default() };
+        let file = format!("{vertices}{faces}");
+        let mesh = load_bytes(load_obj, file.as_bytes(), &options).expect("a good file").mesh;
+        assert_eq!(mesh.positions().len(), vertices_in_all, "{angle} {faces}");
+        let is_smooth = vertices_in_all == 6;
+        for (p, n) in mesh.positions().iter().zip(mesh.normals()) {
+            // On the first square, on the second, or on both.
+            let flat = [Vec3::Z, Vec3::X].into_iter().filter(|f| f.dot((*p).into()) == f.x);
+            let expected: Vec3 = flat.sum();
+            let near = |e: Vec3| (*n - e.normalize()).length() < 1e-6;
+            let good = if is_smooth { near(expected) } else { near(Vec3::Z) || near(Vec3::X) };
+            assert!(good, "{angle} {faces} {p} {n}");
+        }
+    }
+}
+
 /// 1e39 and more is no f32.
 #[test]
 fn texture_coordinates_that_are_not_finite_count_as_0() {

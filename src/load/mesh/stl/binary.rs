@@ -22,8 +22,8 @@ pub(super) fn read(source: Source, placement: &Placement) -> Result<Vec<Vec3A>, 
     }
     bytes.skip_bytes(HEADER - 4)?;
     let count = u32::from_le_bytes(bytes.next()?);
-    super::check_count((count as usize).saturating_mul(3))?;
     let possible = bytes.source().possible(count.into(), FACET as u64);
+    super::check_count((possible as usize).saturating_mul(3))?;
     super::claim(bytes.source(), possible)?;
     let likely = bytes.source().plausible(count.into(), FACET as u64);
     let mut corners = Vec::with_capacity(3 * likely);

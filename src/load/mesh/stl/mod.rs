@@ -30,6 +30,10 @@ pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fau
     let mut start = Vec::new();
     (&mut source.reader).take(SAMPLE).read_to_end(&mut start)?;
     let is_text = is_text(&start);
+    if !is_text && start.len() as u64 == SAMPLE && !start.iter().any(|&b| is_control(b)) {
+        // Of another format: as bytes it would be said to end after some of a billion facets.
+        return Err(MeshProblem::NotStl.into());
+    }
     if is_text && start.starts_with(BYTE_ORDER_MARK) {
         drop(start.drain(..BYTE_ORDER_MARK.len()));
     }
@@ -47,9 +51,12 @@ pub(super) fn load(path: &Path, options: &MeshOptions) -> Result<LoadedMesh, Fau
 /// soon: the count of their triangles has four bytes, of which the last is 0 below 16.7 million.
 fn is_text(start: &[u8]) -> bool {
     let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start).trim_ascii_start();
-    let control = |b: &u8| *b < b' ' && !b.is_ascii_whitespace();
     start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
-        && !start.iter().any(control)
+        && !start.iter().any(|&b| is_control(b))
+}
+
+fn is_control(byte: u8) -> bool {
+    byte < b' ' && !byte.is_ascii_whitespace()
 }
 
 /// Triangles with a vertex for each place, in the order in which they occur.

@@ -99,10 +99,15 @@ fn every_problem_is_named() {
             bytes[..83].to_vec(),
             ": not an STL file (one is text that begins with `solid`, or has 84 bytes before its facets)",
         ),
+        (b"solid\nendsolid\n".to_vec(), ": has no faces and no points"),
+        // No file of this size has so many.
         (
-            b"solid\nendsolid\n".to_vec(),
-            ": has no faces, only 0 points (expected polygons: a cloud of points has no surface until a program \
-             such as MeshLab makes one of it)",
+            [&[7; 80][..], &[0xff; 4], &[1; 120]].concat(),
+            ": byte 204 (facet 2): the file ends after 2 of 4294967295 records of the element `facet`",
+        ),
+        (
+            "v 0.25 0.5 0.75\n".repeat(100).into_bytes(),
+            ": not an STL file (one is text that begins with `solid`, or has 84 bytes before its facets)",
         ),
     ] {
         assert_eq!(message(load_stl, file), expected);
