@@ -15,13 +15,17 @@
 //!    the edges of their triangle by more than that (`Triangle::meet`), so in the corner of a room each is before the
 //!    other wall.
 //!
+//! 3. Next to a corner the exact point is within a rounding of several planes, and the rounded ray may pass an edge on the
+//!    other side than the exact one. There what either meets counts: the rounded ray has been started behind its surface,
+//!    and meets a closed mesh again after it has crossed the plane that it leaves.
+//!
 //! The exact point is that of the path, to 2⁻⁴⁸ of its coordinates; f32 rounds to 2⁻²⁴.
 
 use glam::{DVec3, Vec3A};
 
 use crate::math::UNIT_ROUNDOFF as U;
-use crate::ray::{Between, Ray, RayEnd};
-use crate::shape::Analytic;
+use crate::ray::{Between, Ray, RayEnd, Side};
+use crate::shape::{Analytic, rounding_of};
 
 /// Distances along a ray at which hits are in doubt.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +78,9 @@ pub(super) fn meets_triangle(ray: &Ray, t: f32, corners: [DVec3; 3]) -> bool {
     // A triangle away from an end is met where the engine found it. At an end, its plane has to lie beyond the point; where
     // the rounded ray met it behind its exact start, the exact one has to meet it too, which may pass beside it.
     let starts_before = if plane.may_reach(from) {
-        plane.side(from) * facing < 0.0 && (after_start > 0.0 || plane.is_met(from, direction))
+        let is_ahead = plane.side(from) * facing < 0.0;
+        is_ahead && (after_start > 0.0 || plane.is_met(from, direction))
+            || ray.start.is_some_and(|start| plane.is_met_past_corner(ray, &start))
     } else {
         after_start > 0.0
     };
@@ -133,6 +139,29 @@ impl Plane {
         // A height errs by the roundings of the point and of the corners, and by those of the product of the edges.
         let skew = self.edges[0].length() * self.edges[1].length() * (point - a).length();
         if height.abs() <= TOUCHING * (size * self.cross.length() + skew) { 0.0 } else { height }
+    }
+
+    /// Whether a ray that was started behind the surface that it leaves, next to a corner of this triangle, reaches this plane
+    /// after it has crossed that of its surface, and sees the side that it left of that: it may cross others from behind
+    /// where it has missed its own. If it crosses that too flatly to tell where, not long before it passes the
+    /// exact point.
+    fn is_met_past_corner(&self, ray: &Ray, start: &RayEnd) -> bool {
+        let rounding = rounding_of(start.point);
+        let near = BY_CORNER * rounding;
+        let unit = ray.direction.as_dvec3();
+        let to_point = start.point - ray.origin.as_dvec3();
+        let along = to_point.dot(unit);
+        let by_corner = self.corners.iter().any(|corner| corner.distance(start.point) <= near);
+        let sees_front = self.cross.dot(unit) < 0.0;
+        if along <= near || !by_corner || sees_front != (start.side == Side::Front) {
+            return false;
+        }
+        let normal = start.normal.as_dvec3();
+        let crossing = normal.dot(to_point) / normal.dot(unit);
+        let left =
+            if (0.0..along).contains(&crossing) { crossing } else { along - AROUND * rounding };
+        let to_corner = self.corners[0] - ray.origin.as_dvec3();
+        self.cross.dot(to_corner) / self.cross.dot(unit) > left
     }
 
     /// Whether the line through `from` meets the triangle.
@@ -208,6 +237,13 @@ fn rises_from(end: &RayEnd, direction: DVec3, corners: &[DVec3; 3]) -> bool {
 /// Distance from a surface, over the largest coordinate, below which a point is on it: 2⁻⁴⁸, 32 roundings of f64, since
 /// the point may have gone through an instance's transform.
 const TOUCHING: f64 = 3.552_713_678_800_501e-15;
+
+/// Distance from a corner, in roundings of a point, within which a point is next to it. Points next to edges start their rays
+/// by more than that behind their surface, and all others by less.
+const BY_CORNER: f64 = 32.0;
+
+/// Within this distance of an exact point, in the same unit, rays that leave it flatly may cross other surfaces.
+const AROUND: f64 = 8.0;
 
 /// By how much a unit normal in f32 may be turned: 2⁻²¹. What rises less from a plane is in it.
 const NORMAL_ERROR: f64 = 4.768_371_582_031_25e-7;

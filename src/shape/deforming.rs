@@ -162,6 +162,11 @@ impl Shape for DeformingMesh {
         }
     }
 
+    /// At the beginning.
+    fn touching(&self, primitive: u32) -> Vec<u32> {
+        self.keys.first().touching(primitive)
+    }
+
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
         triangle::uv(Vec2::new(hit.u, hit.v), self.uvs(hit.primitive as usize))
     }

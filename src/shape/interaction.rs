@@ -3,6 +3,7 @@
 use glam::Vec3A;
 
 use super::primitive_lanes::PrimitiveLanes;
+use super::silhouette::near_edge;
 use super::{NearEdge, Shape, SurfacePoint};
 use crate::math::real::{Lanes, Mask, Real, Select};
 use crate::math::vector::{Vec2, Vec3};
@@ -274,22 +275,4 @@ impl<R: Real> Select for Solved<R> {
             is_clear: mask.select(yes.is_clear, no.is_clear),
         }
     }
-}
-
-/// The surface of a triangle that is met close to its edge.
-#[cold]
-fn near_edge(shape: &dyn Shape, ray: &Ray, hit: &Hit) -> SurfacePoint {
-    let mut lanes = PrimitiveLanes::NONE;
-    shape.put(hit.primitive, ray.time, &mut lanes.lane(0));
-    let triangle = lanes.triangles(());
-    let (origin, direction) = (ray.exact_origin().into(), ray.direction.into());
-    let met = triangle.meet_near_edge(origin, direction, Vec2::new(hit.u, hit.v));
-    if met.is_beyond
-        && let Some(surface) = shape.neighbouring_surface(ray, hit)
-    {
-        // The hit still names this triangle.
-        return SurfacePoint { parameters: Vec2::new(hit.u, hit.v).into(), ..surface };
-    }
-    let surface = lanes.surface(&triangle, met.point);
-    SurfacePoint { near_edge: Some(met.near_edge), ..surface }
 }

@@ -1,11 +1,13 @@
 //! Triangle meshes.
 
 use std::fmt::{self, Display, Formatter};
+use std::sync::OnceLock;
 
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::primitive_lanes::{PrimitiveLane, PrimitiveLanes};
+use super::neighbours::Neighbours;
+use super::primitive_lanes::PrimitiveLane;
 use super::triangle::{self, Triangle};
 use super::{Arrivals, Geometry, Interaction, Shape, ShapeSample, ShapeSamples, SurfacePoint};
 use crate::math::{Aabb, Cone, vector as real};
@@ -18,6 +20,8 @@ pub struct TriangleMesh {
     triangles: Vec<[u32; 3]>,
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
+    /// Made when it is first asked for.
+    neighbours: OnceLock<Neighbours>,
 }
 
 /// Why buffers do not form a mesh.
@@ -127,7 +131,8 @@ impl TriangleMesh {
             });
             triangles.shrink_to_fit();
         }
-        Ok((Self { positions, triangles, normals, uvs }, dropped))
+        let neighbours = OnceLock::new();
+        Ok((Self { positions, triangles, normals, uvs, neighbours }, dropped))
     }
 
     /// Vertices in world space.
@@ -193,23 +198,18 @@ impl Shape for TriangleMesh {
         }
     }
 
-    /// That of a triangle that shares a corner with the one that was hit and that the ray truly meets there. Looks
-    /// at all triangles: rarely asked for, and mostly of meshes of a few large ones.
     #[cold]
-    fn neighbouring_surface(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
-        let primitive = hit.primitive as usize;
-        let own = self.corners(primitive);
-        let is_neighbour = |&other: &usize| {
-            let corners = self.corners(other);
-            other != primitive && corners.iter().any(|corner| own.contains(corner))
+    fn touching(&self, primitive: u32) -> Vec<u32> {
+        let neighbours =
+            self.neighbours.get_or_init(|| Neighbours::new(&self.positions, &self.triangles));
+        let corners = self.corners(primitive as usize);
+        let touches = |corner: Vec3A| {
+            let has = move |&&other: &&u32| {
+                other != primitive && self.corners(other as usize).contains(&corner)
+            };
+            neighbours.at(corner).iter().filter(has)
         };
-        (0..self.triangles.len()).filter(is_neighbour).find_map(|other| {
-            let mut lanes = PrimitiveLanes::NONE;
-            self.put(other as u32, ray.time, &mut lanes.lane(0));
-            let triangle = lanes.triangles(());
-            let (point, near_edge) = triangle.meet_inside(ray, hit.t)?;
-            Some(SurfacePoint { near_edge, ..lanes.surface(&triangle, point) })
-        })
+        corners.into_iter().flat_map(touches).copied().collect()
     }
 
     fn uv(&self, _ray: &Ray, hit: &Hit) -> Vec2 {
@@ -257,6 +257,7 @@ impl Shape for TriangleMesh {
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.uvs.as_slice())
+            + self.neighbours.get().map_or(0, Neighbours::bytes)
     }
 
     fn has_vertex_normals(&self) -> bool {

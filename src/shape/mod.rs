@@ -15,9 +15,11 @@ pub mod disk;
 pub mod instance;
 pub mod interaction;
 pub mod mesh;
+mod neighbours;
 pub mod primitive_lanes;
 pub mod primitives;
 pub mod sample;
+mod silhouette;
 pub mod sphere;
 mod triangle;
 
@@ -101,10 +103,9 @@ pub trait Shape: Debug + Send + Sync {
     /// another nothing. What puts one here has its [`Shape::surface`] from [`Interaction::new`], which takes eight at once.
     fn put(&self, _primitive: u32, _time: f32, _lane: &mut PrimitiveLane<'_>) {}
 
-    /// The surface of another triangle that `ray` truly meets near `hit`, which its own triangle is passed by: rarely asked
-    /// for.
-    fn neighbouring_surface(&self, _ray: &Ray, _hit: &Hit) -> Option<SurfacePoint> {
-        None
+    /// The other triangles that share a corner with this one, some perhaps repeatedly: rarely asked for.
+    fn touching(&self, _primitive: u32) -> Vec<u32> {
+        Vec::new()
     }
 
     /// Texture coordinates at the same point.
@@ -269,6 +270,6 @@ const OFF_EDGE: f64 = 1.0 / (1u64 << 42) as f64;
 
 /// What rounding to f32 may move a point by.
 #[inline(always)]
-fn rounding_of(position: DVec3) -> f64 {
+pub(crate) fn rounding_of(position: DVec3) -> f64 {
     f64::from(U) * position.abs().element_sum()
 }

@@ -124,6 +124,11 @@ impl PrimitiveLanes {
         self.has_normals.then(|| vectors(token, &self.normals))
     }
 
+    /// The corners of the first lane's triangle.
+    pub(super) fn corners(&self) -> [Vec3A; 3] {
+        [0, 3, 6].map(|row| Vec3A::from_array([0, 1, 2].map(|axis| self.numbers[row + axis][0])))
+    }
+
     /// The surface at a point of the first lane's triangle, away from edges.
     pub(super) fn surface(&self, triangle: &Triangle, point: TrianglePoint) -> SurfacePoint {
         let normals = self.normals::<f32>(());

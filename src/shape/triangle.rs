@@ -192,6 +192,14 @@ impl Triangle {
             is_beyond,
         }
     }
+
+    /// The weights of the second and third corner at the point of the triangle's plane that is nearest to `position`.
+    pub(super) fn weights_at(&self, position: Vec3<f64>) -> Vec2 {
+        let from = position - self.corner;
+        let inverse = 1.0 / self.cross.length_squared();
+        let weight = |cross: Vec3<f64>| (cross.dot(self.cross) * inverse) as f32;
+        Vec2::new(weight(from.cross(self.edge_2)), weight(self.edge_1.cross(from)))
+    }
 }
 
 /// Weights of the second and third corner such that all three, that of the first last, are about at least these, as far as
