@@ -41,16 +41,19 @@ impl Doubt {
     /// plane are off by less than 32 u R (u = 2⁻²⁴; 8 u R for Embree's robust test, 6 u R for the lift and the roundings of the start), so
     /// a plane is met falsely at t ≤ 32 u R / cos, where cos is that of the ray with the plane's normal. For
     /// primitives in the plane that is left cos is known; others are in doubt up to 2¹¹ u R, which covers those that the
-    /// ray meets at a cosine of more than 2⁻⁶, and starts that are kept from an edge.
+    /// ray meets at a cosine of more than 2⁻⁶, and starts that are kept from an edge. At an edge rays start in the plane of
+    /// a neighbour, too, and there they are in doubt up to 2¹⁶ u R, for cosines of more than 2⁻¹¹.
     #[inline(always)]
     pub(super) fn new(ray: Between, reach: f32) -> Self {
-        let length = |normal: Vec3A| {
+        let length = |normal: Vec3A, others: f32| {
             let cosine = normal.dot(ray.direction).abs();
-            reach * (4096.0 * U + 64.0 * U / cosine)
+            reach * (others + 64.0 * U / cosine)
         };
+        let (flat, flatter) = (4096.0 * U, 131_072.0 * U);
+        let from_start = if ray.starts_at_edge { flatter } else { flat };
         Self {
-            near: ray.start.map_or(-1.0, length),
-            far: ray.end.map_or(f32::INFINITY, |normal| ray.t_max - length(normal)),
+            near: ray.start.map_or(-1.0, |normal| length(normal, from_start)),
+            far: ray.end.map_or(f32::INFINITY, |normal| ray.t_max - length(normal, flat)),
         }
     }
 

@@ -48,7 +48,8 @@ pub struct RayEnd {
 }
 
 /// The way off the edges next to a point of a surface, along that: so long that each unit of it leads at least one away
-/// from every edge. In eighths, so that it fits where a ray has room, and nothing where no edge is near.
+/// from every edge; shorter where the point is already that far from them. In eighths, so that it fits where a ray has
+/// room, and nothing where no edge is near.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inward([i8; 3]);
 
@@ -62,6 +63,12 @@ impl Inward {
         let longest = way.abs().max_element();
         let way = if longest > LONGEST { way * (LONGEST / longest) } else { way };
         Self((way * 8.0).round().to_array().map(|eighths| eighths as i8))
+    }
+
+    /// About this way, as short as it can be.
+    pub(crate) fn least(way: DVec3) -> Self {
+        let longest = way.abs().max_element();
+        if longest > 0.0 { Self::new(way / (8.0 * longest)) } else { Self::NONE }
     }
 
     /// As bits, from bit 8 on: below them there is room for what else is to be said of an end.

@@ -64,6 +64,14 @@ impl Ends {
         exists.then(|| Vec3A::new(x[i], y[i], z[i]))
     }
 
+    /// Whether it is an end next to an edge.
+    #[cfg(feature = "embree")]
+    #[inline(always)]
+    fn is_at_edge(&self, i: usize) -> bool {
+        let [.., bits] = self.numbers.columns();
+        bits.get(i).is_some_and(|bits| Inward::from_bits(bits.to_bits()) != Inward::NONE)
+    }
+
     #[inline(always)]
     fn get(&self, i: usize) -> Option<RayEnd> {
         if i >= self.numbers.len() {
@@ -89,6 +97,8 @@ pub(crate) struct Between {
     pub(crate) start: Option<Vec3A>,
     /// The same of the one that it runs to.
     pub(crate) end: Option<Vec3A>,
+    /// Whether it leaves its surface next to an edge.
+    pub(crate) starts_at_edge: bool,
 }
 
 impl From<&Ray> for Between {
@@ -100,6 +110,7 @@ impl From<&Ray> for Between {
             t_max: ray.t_max,
             start: ray.start.as_ref().map(normal),
             end: ray.end.as_ref().map(normal),
+            starts_at_edge: ray.start.is_some_and(|start| start.inward != Inward::NONE),
         }
     }
 }
@@ -315,6 +326,7 @@ impl Rays {
             t_max: columns[7][i],
             start: self.starts.normal(i),
             end: self.ends.normal(i),
+            starts_at_edge: self.starts.is_at_edge(i),
         }
     }
 

@@ -197,7 +197,12 @@ impl NearEdge {
         let coarse = is_coarse(rounding, size);
         let distance = rounding * if coarse { FROM_COARSE_EDGE } else { FROM_EDGE };
         let shift = shifted(distance) - position;
-        let inward = if coarse { Inward::NONE } else { Inward::new(shift / distance) };
+        let inward = match Inward::new(shift / distance) {
+            _ if coarse => Inward::NONE,
+            // Far enough from the edge in these roundings, but near it all the same: to say so a little will do.
+            Inward::NONE => Inward::least(shifted(NEAR_EDGE * rounding) - position),
+            inward => inward,
+        };
         Self { shift: shift.as_vec3(), size: size as f32, inward }
     }
 
