@@ -154,7 +154,7 @@ fn a_depth_limit_is_named_as_biased() {
 #[test]
 fn clamped_samples_are_named_as_biased() {
     let choose = |base: &Setting| {
-        candidates(base, &[vary("clamp", "none,0.5")], Design::Grid).expect("valid")
+        candidates(base, &[vary("clamp", "none,0.25")], Design::Grid).expect("valid")
     };
     let (_, findings) = experiment(choose, 24, 1024);
     let [whole, clamped] = [&findings.settings[0].bias, &findings.settings[1].bias];
